@@ -47,6 +47,8 @@ pub struct Frame {
     counters: Vec<Vec<Buffer>>,
     /// How far the method's light has come. After each pass the caller measures the light if `is_measured` asks for it.
     pub light: LightProgress,
+    /// Whether all items are lit that may be asked for, where light is made on demand.
+    all_lit: bool,
     /// What lists and light on the device were made of; `None` where they cannot be gone on from.
     made_of: Option<MadeOf>,
     /// The next frame remakes lists and light, though nothing moved.
@@ -117,6 +119,7 @@ impl Frame {
             settings: settings.clone(),
             placed_lamps: (0, false),
             light: LightProgress::new(light_rules(desc, &ground, &*method)),
+            all_lit: false,
             made_of: None,
             stale: false,
             ground,
@@ -148,11 +151,15 @@ impl Frame {
     /// Records a frame. `slot`: one of those in flight that is free again.
     pub fn record(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
         self.record_light(r, seen);
+        if seen.image.is_none() || self.sees_most() {
+            self.light_all(r);
+        }
         if seen.image.is_some() {
             // The recorded triangles become the image, with what the method looks up.
             let (ground, target) = (&self.ground, &self.target);
             let frame = ImageFrame { ground, target, scene: seen.scene };
-            self.image.record(r, &frame, &self.method.binds(ground));
+            let asked = self.method.on_demand().filter(|_| !self.all_lit);
+            self.image.record(r, &frame, &self.method.binds(ground), asked);
         }
         self.copy_counters(r, slot);
     }
@@ -160,6 +167,7 @@ impl Frame {
     /// Records a frame that lights what a host drew, instead of an image. `given`: of [`Self::given`].
     pub fn record_given(&mut self, r: &mut Recorder, slot: usize, seen: &Seen, given: &GivenPass) {
         self.record_light(r, seen);
+        self.light_all(r);
         given.record(r, &self.ground, &self.method.binds(&self.ground));
         self.copy_counters(r, slot);
     }
@@ -180,7 +188,6 @@ impl Frame {
         if lists || unlit || !before.as_ref().is_some_and(same) {
             self.light.changed();
         }
-        let mean_pass = self.light.mean_pass();
         self.upload(r, seen, &now.lights, lists || unlit);
         if lists {
             // What stands where: triangles, and the voxels that they touch.
@@ -193,16 +200,32 @@ impl Frame {
                 lists: lists || unlit,
                 history: self.light.has_history(),
                 known: !unlit,
-                averages: mean_pass > 0,
                 measured: self.light.is_measured(),
                 sky: seen.scene.sky != Vec3::ZERO,
             };
             self.method.update(r, &self.ground, &update);
+            self.all_lit = false;
             self.light.passed();
         }
         self.made_of = Some(now);
         if !r.goes_on() {
             self.start_over(); // the recording ended before its lists and light were whole
+        }
+    }
+
+    /// Whether asking for light takes longer than lighting everything: the image has more than an eighth as many pixels and rays as
+    /// there is room for list items (`docs/costs.md` has the measurements).
+    fn sees_most(&self) -> bool {
+        let (width, height) = self.target.size();
+        let rays = self.target.shape().gathered_pixels() * u64::from(self.settings.of.rays.diffuse);
+        8 * (rays + u64::from(width) * u64::from(height)) > u64::from(self.counts().lists[0].items)
+    }
+
+    /// Lights all items, if light is made on demand and they are not lit yet.
+    fn light_all(&mut self, r: &mut Recorder) {
+        if let Some(on_demand) = self.method.on_demand().filter(|_| !self.all_lit) {
+            on_demand.light_all(r, &self.ground);
+            self.all_lit = true;
         }
     }
 

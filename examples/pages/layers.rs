@@ -185,7 +185,7 @@ impl Pass<'_> {
             for level in (0..self.times()).flat_map(|_| levels.clone()) {
                 r.full_barrier(); // the level below, or the volume before, was written
                 let edge = volume.edge >> level;
-                let mut binds = ground.item_binds();
+                let mut binds = ground.item_binds(&ground.base().lit_items, &ground.base().item_lights);
                 if self.mips {
                     binds = volume.sources(level);
                 } else {

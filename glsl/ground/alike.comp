@@ -10,7 +10,7 @@
 #include "common/alike.glsl"
 #include "common/count.glsl"
 #include "ground/bindings.glsl"
-#include "ground/growing_lists.glsl"
+#include "ground/cells.glsl"
 #include "ground/boxes.glsl"
 
 layout(scalar) buffer ItemParts { ItemPart item_parts[]; };
@@ -82,7 +82,9 @@ void main() {
             uint lit_by = alone ? item : chosen[cell];
             item_parts[item - 1u].lit_by = lit_by - 1u;
             if (lit_by == item) {
-                lit_items[take_place(LIT_COUNTS)] = item - 1u;
+                if (DEMAND == 0u) {
+                    lit_items[take_place(LIT_COUNTS)] = item - 1u;
+                }
                 lit++;
                 last_lit = item;
             }

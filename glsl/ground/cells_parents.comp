@@ -5,7 +5,7 @@
 
 #include "ground/layout.glsl"
 #include "ground/constants.glsl"
-#include "ground/growing_lists.glsl"
+#include "ground/cells.glsl"
 
 layout(scalar) writeonly buffer Parents { uint parents[]; };
 layout(scalar) buffer Listed { uint listed[]; }; // a bit per cell of every level but the first

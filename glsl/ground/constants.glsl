@@ -2,6 +2,10 @@
 
 #include "common/numbers.glsl"
 
+const uint LIT_COUNTS = 15u; // where CellCounts counts the items that are lit: after the levels
+const uint CHOSEN_COUNTS = 14u; // the same before the pass that adds twins to them
+const uint SECOND_COUNTS = 13u; // those among them that are lit by a second bounce, where items are asked for
+
 layout(constant_id) const uint EDGE = 64u; // of the grid, voxels
 layout(constant_id) const uint SHADOWS = 0u; // of lights
 layout(constant_id) const uint FEATURES = 0u; // what the scene and the settings ask for
@@ -12,6 +16,8 @@ layout(constant_id) const uint INTERLEAVE = 1u; // pixels along the side of a sq
 layout(constant_id) const uint SHADOW_RAYS = 1u; // per light with an extent
 layout(constant_id) const uint DIRECT = 0u; // where the direct light of list items comes from
 layout(constant_id) const uint LIT = 0u; // which list items are lit
+layout(constant_id) const uint DEMAND = 0u; // 1: of those, the items alone that something asks for
+layout(constant_id) const uint LISTED = LIT_COUNTS; // the list of items that is gone through, among the counts
 layout(constant_id) const uint BOXES = 0u; // of finer voxels within the grid
 layout(constant_id) const uint BLENDED = 0u; // 1: the blended triangles are drawn
 layout(constant_id) const uint SAMPLES = 4u; // per pixel of the raster that measures what a triangle fills of a voxel
@@ -57,7 +63,5 @@ const uint FEATURE_MIRRORS = 1u << 28; // some material may be a smooth metal
 #define slot_in_use(slot) ((FEATURES & (256u << (slot))) != 0u)
 
 const float LARGEST_STORED = 65504.0; // of an f16
-const uint LIT_COUNTS = 15u; // where CellCounts counts the items that are lit: after the levels
-const uint CHOSEN_COUNTS = 14u; // and those among them that are not twins
 const uint ITEM_SHARES = 1024u; // of all items: what passes over them can be cut into
 const uint MOST_GROUPS = 65535u; // of 64 threads, what every device takes in one dispatch; threads go on beyond

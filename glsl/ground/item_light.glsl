@@ -109,14 +109,20 @@ vec3 light_side(Surface s, uvec3 voxel, uint place) {
         direct_light[place] = stored;
     }
 #ifdef LOOK_UP
+    vec3 specular = feature(FEATURE_SPECULAR) ? lobes.specular : vec3(0.0);
+    vec3 evenly = s.diffuse * lobes.diffuse + lobes.sheen;
+#ifdef METHOD_GATHERS_LOBES
+    evenly += gathered_share(s, lobes) * specular;
+    specular *= 1.0 - gathered_share(s, lobes);
+#endif
     for (uint side = 0u; side < lit_sides(s); side++) {
-        vec3 share = side == 0u ? s.diffuse * lobes.diffuse + lobes.sheen : s.finish.diffused * lobes.diffuse;
+        vec3 share = side == 0u ? evenly : s.finish.diffused * lobes.diffuse;
         if (any(greaterThan(share, vec3(0.0)))) {
             stored += share * look_up_diffuse(side == 0u ? s : far_side(s), voxel).rgb;
         }
     }
-    if (feature(FEATURE_SPECULAR) && any(greaterThan(lobes.specular, vec3(0.0)))) {
-        stored += lobes.specular * look_up_specular(s);
+    if (any(greaterThan(specular, vec3(0.0)))) {
+        stored += specular * look_up_specular(s);
     }
 #endif
     return clamp(stored, vec3(0.0), vec3(LARGEST_STORED));

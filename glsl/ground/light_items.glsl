@@ -23,7 +23,7 @@ uint share_start(uint count, uint share) {
 }
 
 void main() {
-    uint count = cell_counts[LIT_COUNTS].count;
+    uint count = cell_counts[LISTED].count;
     uint blocks = (count + 63u) / 64u;
     uint first = share_start(count, push.first);
     uint end = push.end == ITEM_SHARES ? blocks : share_start(count, push.end);
@@ -44,6 +44,8 @@ void main() {
             light.front = mix(item_lights[item].front, light.front, frame.light_share);
             light.back = mix(item_lights[item].back, light.back, frame.light_share);
         }
+#ifndef ASKS
         item_lights[item] = light;
+#endif
     }
 }

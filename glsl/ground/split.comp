@@ -3,9 +3,11 @@
 #extension GL_EXT_scalar_block_layout : require
 // Split: where an opaque surface cuts an item's part of its triangle, what is seen on one side of the cut is not the
 // other side's. Such an item gets a twin: each is lit where the other cannot be seen from, and a ray takes the one that
-// sees where it hit. A thread per item that is lit. Held against brute force in tests/device/rays_items.rs.
+// sees where it hit. A thread per item that is lit. Where items are
+// asked for, a twin is asked for with the item that it stands beside. Held against brute force in
+// tests/device/rays_items.rs.
 #include "ground/constants.glsl"
-#include "ground/growing_lists.glsl"
+#include "ground/cells.glsl"
 #include "common/clip.glsl"
 #include "common/count.glsl"
 #include "common/dominant_axis.glsl"
@@ -30,6 +32,8 @@ layout(scalar) readonly buffer Heads { uint heads[]; };
 layout(scalar) readonly buffer Materials { Material materials[]; };
 layout(scalar) buffer ItemParts { ItemPart item_parts[]; };
 layout(scalar) buffer LitItems { uint lit_items[]; };
+
+#include "ground/ask.glsl"
 
 #include "ground/boxes.glsl"
 
@@ -173,7 +177,9 @@ void split(Part part, vec3 middle) {
     item_parts[twin] =
         ItemPart(part.item, own.area, own.source, 0u, twin + 1u, packUnorm2x16(candidates_at[there] + 0.5));
     list_items[twin] = ListItem(list_items[part.item].triangle, 0u, part.voxel);
-    lit_items[take_place(LIT_COUNTS)] = twin;
+    if (DEMAND == 0u) {
+        lit_items[take_place(LIT_COUNTS)] = twin;
+    }
 }
 
 // Splits a lit item if something cuts its part.
@@ -208,8 +214,14 @@ void main() {
     for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
         uint item = lit_items[i];
         COUNT(WORDS, 2u);
-        if (item_parts[item].alone == 0u) {
+        bool is_new = DEMAND == 0u || (asked_items[item] & ASKED_SPLIT) == 0u;
+        if (item_parts[item].alone == 0u && item_parts[item].twin == 0u && is_new) {
             consider(item);
+        }
+        if (DEMAND != 0u) {
+            atomicOr(asked_items[item], ASKED_SPLIT);
+            uint twin = item_parts[item].twin;
+            ask(twin == 0u ? item : twin - 1u, asked_items[item] & (ASKED_FIRST | ASKED_SECOND));
         }
     }
 }

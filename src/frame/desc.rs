@@ -129,5 +129,6 @@ pub(super) fn image_pass_desc<'a>(desc: &FrameDesc<'a>, method: &dyn Gi) -> Imag
         features,
         method: settings.method.name(),
         constants: with(constants(settings, features), method.constants()),
+        asks: method.on_demand().is_some(),
     }
 }

@@ -11,7 +11,7 @@ use crate::ground::constants::Features;
 use crate::ground::grid::GridPlace;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::volume::LightVolume;
-pub use crate::ground::wants::{CoarseLight, Wants};
+pub use crate::ground::wants::{CoarseLight, OnDemand, Wants};
 use crate::ground::{Counts, Ground};
 pub use crate::settings::Method;
 use crate::settings::Settings;
@@ -87,6 +87,11 @@ pub trait Gi: Send {
     /// Records the passes from this frame's lists to its light.
     fn update(&self, recorder: &mut Recorder, ground: &Ground, update: &Update);
 
+    /// What lights items on demand; `None` where `update` lights all.
+    fn on_demand(&self) -> Option<&dyn OnDemand> {
+        None
+    }
+
     /// What its look-up is compiled with, beside the ground's.
     fn constants(&self) -> &[Constant];
 
@@ -126,8 +131,6 @@ pub struct Update {
     pub history: bool,
     /// What the method holds is what the frame before filled, and nothing else.
     pub known: bool,
-    /// Whether the pass is one of those whose mean is the light: [`Wants::mean_passes`].
-    pub averages: bool,
     /// Whether [`Gi::coarse_light`] is going to be asked.
     pub measured: bool,
     /// Whether light comes from beyond the scene.

@@ -6,38 +6,67 @@
 use std::sync::Arc;
 
 use super::Ground;
+use super::cells::{LIT_COUNTS, SECOND_COUNTS};
+use super::constants::with;
+use super::wants::Wants;
 use crate::Result;
 use crate::vk::{Bind, Compute, ComputeDesc, Constant, Context, Recorder, ZoneKind};
 
 pub struct Alike {
     choose: Compute,
     split: Option<Compute>,
+    /// Asks for the light of all items, where it is made on demand.
+    ask_all: Option<Compute>,
 }
 
 impl Alike {
-    pub fn new(context: &Arc<Context>, constants: &[Constant], splits: bool) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, constants: &[Constant], wants: &Wants) -> Result<Self> {
+        let constants = &with(constants.to_vec(), &[("DEMAND", u32::from(wants.demand).into())]);
         let compute = |label, shader| Compute::new(context, &ComputeDesc { label, shader, constants });
-        let split = splits.then(|| compute("split", "ground/split.comp")).transpose()?;
-        Ok(Self { choose: compute("alike", "ground/alike.comp")?, split })
+        Ok(Self {
+            choose: compute("alike", "ground/alike.comp")?,
+            split: wants.split.then(|| compute("split", "ground/split.comp")).transpose()?,
+            ask_all: wants.demand.then(|| compute("ask", "ground/ask_all.comp")).transpose()?,
+        })
     }
 
     pub fn record(&self, recorder: &mut Recorder, ground: &Ground) {
         let lists = ground.base();
-        let binds = || {
+        recorder.zone("alike", ZoneKind::Compute, 0, |r| {
+            r.full_barrier(); // the voxels are listed and counted, nothing is lit yet
             let mut binds = ground.binds();
             binds.push(Bind::buffer("item_parts", &lists.item_parts));
             binds.push(Bind::buffer("lit_items", &lists.lit_items));
-            binds
-        };
-        recorder.zone("alike", ZoneKind::Compute, 0, |r| {
-            r.full_barrier(); // the voxels are listed and counted, nothing is lit yet
-            lists.cells.dispatch(r, &self.choose, binds(), 0);
+            lists.cells.dispatch(r, &self.choose, binds, 0);
         });
-        if let Some(split) = &self.split {
-            recorder.zone("split", ZoneKind::Compute, 0, |r| {
-                r.full_barrier(); // the items that are lit were chosen
-                lists.cells.dispatch_chosen(r, split, binds());
-            });
+        if self.ask_all.is_none() {
+            self.split(recorder, ground, LIT_COUNTS);
         }
+    }
+
+    /// Splits what is cut of the items in the list with that `entry` of the counts.
+    pub fn split(&self, recorder: &mut Recorder, ground: &Ground, entry: u32) {
+        let (Some(split), lists) = (&self.split, ground.base()) else { return };
+        let listed = if entry == SECOND_COUNTS { &lists.second_items } else { &lists.lit_items };
+        let mut binds = ground.binds();
+        binds.push(Bind::buffer("item_parts", &lists.item_parts));
+        binds.push(Bind::buffer("lit_items", listed));
+        binds.extend(lists.ask_binds());
+        recorder.zone("split", ZoneKind::Compute, 0, |r| {
+            r.full_barrier(); // the list was made
+            lists.cells.dispatch_chosen(r, split, binds, entry);
+        });
+    }
+
+    /// Asks for the light of all items.
+    pub fn ask_all(&self, recorder: &mut Recorder, ground: &Ground) {
+        let (Some(ask_all), lists) = (&self.ask_all, ground.base()) else { return };
+        recorder.zone("ask", ZoneKind::Compute, 0, |r| {
+            r.full_barrier(); // the lists of items are empty
+            let mut binds = ground.binds();
+            binds.push(Bind::buffer("item_parts", &lists.item_parts));
+            binds.extend(lists.ask_binds());
+            lists.cells.dispatch(r, ask_all, binds, 0);
+        });
     }
 }

@@ -1,6 +1,7 @@
 //! The passes that fill a volume from lit list items, by lists of occupied cells, and empty it again. Methods differ in the volume
 //! and in the shaders, which stand in a folder of the method's own.
 
+use super::cells::LIT_COUNTS;
 use std::sync::Arc;
 
 use super::Ground;
@@ -88,9 +89,9 @@ impl FillCells {
         let lists = ground.base();
         recorder.zone(self.label, ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the lists and the volume that is gathered from were written
-            let mut binds = ground.item_binds();
+            let mut binds = ground.item_binds(&ground.base().lit_items, &ground.base().item_lights);
             binds.extend(look_up);
-            lists.cells.light_items(r, &self.light, binds.clone());
+            lists.cells.light_items(r, &self.light, binds.clone(), LIT_COUNTS);
             r.full_barrier(); // the items are lit
             binds.extend(target.targets(0));
             for fill in &self.fills {

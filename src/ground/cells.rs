@@ -10,8 +10,10 @@ use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Contex
 
 /// Where the count of the items that are lit stands among those of the levels; as in `glsl/ground/constants.glsl`.
 pub const LIT_COUNTS: u32 = 15;
-/// The same of those among them that are not twins (`glsl/gi/rays/split.comp`).
+/// The same before the pass that adds twins to them (`glsl/ground/split.comp`).
 const CHOSEN_COUNTS: u32 = 14;
+/// Where the count of those stands that a second bounce lights, where light is made on demand.
+pub const SECOND_COUNTS: u32 = 13;
 
 /// Of all items: what passes that light them can be cut into; as in `glsl/ground/constants.glsl`.
 const ITEM_SHARES: u32 = 1024;
@@ -45,28 +47,52 @@ impl CellLists {
         (Bind::buffer("cells", list), LevelPush { level, first: first_parent(level, self.edge) })
     }
 
-    /// A thread per item that is lit, in parts, for pipelines that light items (`glsl/ground/light_items.glsl`). `binds`: besides the lists.
-    pub fn light_items<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, mut binds: Vec<Bind<'a>>) {
+    /// A thread per item of the list with that `entry` of the counts, in parts, for pipelines that light items
+    /// (`glsl/ground/light_items.glsl`). `binds`: besides the lists.
+    pub fn light_items<'a>(
+        &'a self,
+        recorder: &mut Recorder,
+        pipeline: &Compute,
+        mut binds: Vec<Bind<'a>>,
+        entry: u32,
+    ) {
         binds.extend([self.level(0).0, Bind::buffer("cell_counts", &self.counts)]);
         let binds = pipeline.select(&binds);
         recorder.in_parts(ITEM_SHARES, 1, |r, shares| {
             let push = SharesPush { first: shares.start, end: shares.end };
-            r.dispatch_indirect(pipeline, &binds, &push, self.counts.at(count_offset(LIT_COUNTS)));
+            r.dispatch_indirect(pipeline, &binds, &push, self.counts.at(count_offset(entry)));
         });
     }
 
-    /// A thread per item that is lit, all at once; `pipeline` may add items to that list meanwhile.
-    pub fn dispatch_chosen<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, binds: Vec<Bind<'a>>) {
+    /// A thread per item of the list with that `entry` of the counts, all at once; `pipeline` may add items to the list meanwhile.
+    pub fn dispatch_chosen<'a>(
+        &'a self,
+        recorder: &mut Recorder,
+        pipeline: &Compute,
+        binds: Vec<Bind<'a>>,
+        entry: u32,
+    ) {
         let place = |entry: u32| self.counts.at(count_offset(entry));
-        recorder.copy_range(place(LIT_COUNTS), place(CHOSEN_COUNTS), size_of::<ListCount>() as u64);
+        recorder.copy_range(place(entry), place(CHOSEN_COUNTS), size_of::<ListCount>() as u64);
         recorder.full_barrier(); // the count stands still
         self.dispatch(recorder, pipeline, binds, CHOSEN_COUNTS);
+    }
+
+    /// Empties the lists of the items that are to be lit.
+    pub fn empty_items(&self, recorder: &mut Recorder) {
+        for entry in [LIT_COUNTS, SECOND_COUNTS] {
+            recorder.update(
+                &self.counts,
+                count_offset(entry),
+                &[ListCount { groups_x: 0, groups_y: 1, groups_z: 1, count: 0 }],
+            );
+        }
     }
 
     /// As many threads as the `entry` of the counts says: a level's number, one per occupied cell, or [`LIT_COUNTS`], one per item that is
     /// lit; items stand in the finest level's cells. `binds`: besides the lists.
     pub fn dispatch<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, mut binds: Vec<Bind<'a>>, entry: u32) {
-        let (list, push) = self.level(if entry < CHOSEN_COUNTS { entry } else { 0 });
+        let (list, push) = self.level(if entry < SECOND_COUNTS { entry } else { 0 });
         binds.extend([list, Bind::buffer("cell_counts", &self.counts)]);
         let binds = pipeline.select(&binds);
         recorder.dispatch_indirect(pipeline, &binds, &push, self.counts.at(count_offset(entry)));

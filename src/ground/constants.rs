@@ -2,6 +2,7 @@
 
 use glam::{Vec3, Vec4};
 
+use super::cells::LIT_COUNTS;
 use crate::scene::{Alpha, Scene};
 use crate::settings::{DirectLight, Settings};
 use crate::vk::Constant;
@@ -116,6 +117,7 @@ pub fn constants(settings: &Settings, features: Features) -> Vec<Constant> {
         ("SHADOW_RAYS", settings.lights.shadow_rays.into()),
         ("DIRECT", DIRECT_FOUND.into()),
         ("LIT", LIT_EACH.into()),
+        ("LISTED", LIT_COUNTS.into()),
         ("BOXES", 0u32.into()),
         ("BLENDED", 0u32.into()),
         ("SAMPLES", 4u32.into()),

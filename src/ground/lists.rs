@@ -9,7 +9,7 @@ use super::layout;
 use super::memory_plan::{MemoryRow, bytes_of};
 use super::wants::Wants;
 use crate::Result;
-use crate::vk::{Buffer, BufferKind, Context};
+use crate::vk::{Bind, Buffer, BufferKind, Context};
 
 /// How many list items and occupied voxels the buffers of a grid hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +54,9 @@ pub struct Lists {
     pub seen_lobes: Buffer,
     /// The items that are lit, where alike triangles are lit as one.
     pub lit_items: Buffer,
+    /// Those among them that a second bounce lights, and what was asked for of each item, where light is made on demand.
+    pub second_items: Buffer,
+    pub asked_items: Buffer,
     /// From the lists that these replaced: light is carried over from them, found by triangle and voxel.
     pub last_heads: Buffer,
     pub last_items: Buffer,
@@ -86,6 +89,8 @@ impl Lists {
             seen_lights: buffer("seen lights")?,
             seen_lobes: buffer("seen lobes")?,
             lit_items: buffer("lit items")?,
+            second_items: buffer("second items")?,
+            asked_items: buffer("asked items")?,
             last_heads: buffer("last voxels")?,
             last_items: buffer("last list items")?,
             last_item_parts: buffer("last item parts")?,
@@ -105,6 +110,8 @@ impl Lists {
             &mut self.item_lobes,
             &mut self.seen_lobes,
             &mut self.lit_items,
+            &mut self.second_items,
+            &mut self.asked_items,
             &mut self.cells.cells,
             &mut self.last_cells.cells,
         ];
@@ -117,6 +124,15 @@ impl Lists {
             }
         }
         Ok(())
+    }
+
+    /// What passes that ask for the light of items write beside the counts.
+    pub fn ask_binds(&self) -> [Bind<'_>; 3] {
+        [
+            Bind::buffer("asked_items", &self.asked_items),
+            Bind::buffer("first_items", &self.lit_items),
+            Bind::buffer("second_items", &self.second_items),
+        ]
     }
 
     /// New lists take the place of those before the last.
@@ -155,6 +171,8 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
         ("item lights", array::<layout::ItemLight>(items(wants.lit_items))),
         ("item parts", array::<layout::ItemPart>(items(wants.alike))),
         ("lit items", array::<u32>(items(wants.alike))),
+        ("second items", array::<u32>(items(wants.demand))),
+        ("asked items", array::<u32>(items(wants.demand))),
         ("item samples", array::<u32>(items(wants.item_samples))),
         ("item lobes", lobes(wants.lobe_words)),
         ("seen lobes", lobes(if wants.carried_light { wants.lobe_words } else { 0 })),

@@ -236,7 +236,7 @@ impl Ground {
             slots: buffer("slots")?,
             blended,
             record: Record::new(context, &base, wants.conservative, &scene)?,
-            alike: wants.alike.then(|| Alike::new(context, &base, wants.split)).transpose()?,
+            alike: wants.alike.then(|| Alike::new(context, &base, wants)).transpose()?,
             desc,
             scene,
             lists,
@@ -295,6 +295,20 @@ impl Ground {
         }
     }
 
+    /// Splits what is cut of the items in the list with that entry of the counts.
+    pub fn split(&self, r: &mut Recorder, entry: u32) {
+        if let Some(alike) = &self.alike {
+            alike.split(r, self, entry);
+        }
+    }
+
+    /// Asks for the light of all items, where it is made on demand.
+    pub fn ask_all(&self, r: &mut Recorder) {
+        if let Some(alike) = &self.alike {
+            alike.ask_all(r, self);
+        }
+    }
+
     /// Makes the base grid's lists once more, as the talk does for its second bounce (D29).
     pub fn relist(&self, r: &mut Recorder) {
         self.base().reset(r);
@@ -344,17 +358,17 @@ impl Ground {
         binds
     }
 
-    /// The same, and what passes that light list items read and write.
-    pub fn item_binds(&self) -> Vec<Bind<'_>> {
+    /// The same, and what passes that light list items read and write. `listed`: which items they light; `item_lights`: what they write.
+    pub fn item_binds<'a>(&'a self, listed: &'a Buffer, item_lights: &'a Buffer) -> Vec<Bind<'a>> {
         let lists = self.base();
         let mut binds = self.binds();
         binds.extend([
             Bind::buffer("direct_light", &lists.direct_light),
-            Bind::buffer("item_lights", &lists.item_lights),
+            Bind::buffer("item_lights", item_lights),
             Bind::buffer("item_parts", &lists.item_parts),
             Bind::buffer("item_samples", &lists.item_samples),
             Bind::buffer("item_lobes", &lists.item_lobes),
-            Bind::buffer("lit_items", &lists.lit_items),
+            Bind::buffer("lit_items", listed),
         ]);
         binds
     }

@@ -1,8 +1,9 @@
 //! The requests of a method to the ground, and its light as debug views show it.
 
+use super::Ground;
 use super::grid::GridPlace;
 use crate::settings::Conservative;
-use crate::vk::{Buffer, Image};
+use crate::vk::{Buffer, Image, Recorder};
 
 /// Numbers that show, coarsely, all light that a method holds.
 pub enum CoarseLight<'a> {
@@ -40,6 +41,8 @@ pub struct Wants {
     pub alike: bool,
     /// and two where another surface cuts the part of an item that is lit.
     pub split: bool,
+    /// Whether items are lit only where something asks for their light.
+    pub demand: bool,
     /// How many samples of a multisampled raster fall on each list item's part of its triangle: the method counts them,
     /// unless the lists are made of them.
     pub item_samples: bool,
@@ -68,4 +71,16 @@ pub struct Wants {
     pub turns: bool,
     /// With feedback: once it has settled, the mean of so many further passes is its light, which then stays.
     pub mean_passes: Option<u32>,
+}
+
+/// Light that is made where something asks for it.
+pub trait OnDemand {
+    /// Begins a list of the items whose light is asked for.
+    fn begin(&self, recorder: &mut Recorder, ground: &Ground);
+
+    /// Lights the items that were asked for since, and those that they see.
+    fn light_asked(&self, recorder: &mut Recorder, ground: &Ground);
+
+    /// Lights all items.
+    fn light_all(&self, recorder: &mut Recorder, ground: &Ground);
 }

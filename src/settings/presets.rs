@@ -44,7 +44,7 @@ impl Settings {
         fast.lights.lamp_points = 4;
         fast.image.samples = 1;
         fast.image.gather_resolution = GatherResolution::Quarter;
-        fast.of.rays = rays::Settings { diffuse: 9, bounce: 1, glossy: 8, ..rays::Settings::default() };
+        fast.of.rays = rays::Settings { diffuse: 9, bounce: 2, glossy: 8, ..rays::Settings::default() };
         fast
     }
 
@@ -55,7 +55,7 @@ impl Settings {
         accurate.lights.lamp_points = 32;
         accurate.lights.voxel_lamp_points = 8;
         accurate.image.gather_resolution = GatherResolution::Full;
-        accurate.of.rays = rays::Settings { diffuse: 44, bounce: 4, glossy: 32, ..rays::Settings::default() };
+        accurate.of.rays = rays::Settings { diffuse: 44, bounce: 8, glossy: 32, ..rays::Settings::default() };
         accurate
     }
 

@@ -130,7 +130,6 @@ fn a_plain_box_has_the_passes_of_a_plain_box() {
         "alike",
         "split",
         "shade 1",
-        "share items",
         "shade 2",
         "visibility",
         "gather",

@@ -31,6 +31,7 @@ mod functions_photons;
 mod host;
 mod layers;
 mod layouts;
+mod light_on_demand;
 mod lpv;
 mod passes_boxes;
 mod passes_cells;

@@ -1,4 +1,4 @@
-//! The light of list items with the method `rays`: what neighbours share, against a twin, and that nothing comes through a wall.
+//! The light of list items with the method `rays`: which items stand alone, which are split, and that nothing comes through a wall.
 
 use crate::gpu;
 use crate::more;
@@ -7,10 +7,9 @@ use std::collections::BTreeMap;
 
 use crate::studio::{Studio, room};
 use glam::{DAffine3, DQuat, DVec3, IVec3, Vec3};
-use gpu::twins::alike::facing_cell;
 use gpu::twins::split::Part;
 use twobounce::ground::cells::LIT_COUNTS;
-use twobounce::ground::layout::{Globals, ItemLight, ItemPart, ListCount, ListItem, Triangle};
+use twobounce::ground::layout::{Globals, ItemPart, ListCount, ListItem, Triangle};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LightKind, Material, Mesh, Scene, View};
 use twobounce::settings::Settings;
@@ -25,11 +24,8 @@ const EDGE: u32 = 16;
 /// What the device holds of the lists.
 struct Held {
     items: Vec<ListItem>,
-    heads: Vec<u32>,
     parts: Vec<ItemPart>,
     triangles: Vec<Triangle>,
-    sent: Vec<ItemLight>,
-    seen: Vec<ItemLight>,
     lit: Vec<u32>,
 }
 
@@ -45,103 +41,20 @@ fn held(studio: &Studio) -> Held {
     Held {
         items,
         lit,
-        heads: download(context, &lists.heads).expect("heads"),
         parts: download(context, &lists.item_parts).expect("parts"),
         triangles: download(context, &ground.triangles).expect("triangles"),
-        sent: download(context, &lists.item_lights).expect("lights"),
-        seen: download(context, &lists.seen_lights).expect("lights"),
     }
 }
 
 impl Held {
-    /// Unit normal and offset of an item's plane, voxels.
-    fn plane(&self, item: usize) -> (DVec3, f64) {
-        let [a, b, c] = self.corners(item);
-        let n = (b - a).cross(c - a).normalize();
-        (n, n.dot(a))
-    }
-
     fn corners(&self, item: usize) -> [DVec3; 3] {
         let triangle = &self.triangles[self.items[item].triangle as usize];
         triangle.corners.map(|v| Vec3::from_array(v).as_dvec3())
     }
-
-    fn facing(&self, item: usize) -> (i32, [i32; 2]) {
-        let [a, b, c] = self.corners(item);
-        facing_cell((b - a).cross(c - a))
-    }
-
-    /// Whether no voxel between two points lists more than one surface: every voxel that the way passes for more than rounding.
-    fn undivided_between(&self, from: DVec3, to: DVec3) -> bool {
-        let crossing = |axis: usize| {
-            let (low, high) = (from[axis].min(to[axis]), from[axis].max(to[axis]));
-            let planes = (low.floor() as i32 + 1)..=(high.ceil() as i32 - 1);
-            planes.map(move |plane| (f64::from(plane) - from[axis]) / (to[axis] - from[axis]))
-        };
-        let mut at: Vec<f64> = (0..3).flat_map(crossing).chain([0.0, 1.0]).collect();
-        at.sort_by(f64::total_cmp);
-        at.windows(2).filter(|part| part[1] - part[0] > 1e-6).all(|part| {
-            let voxel = from.lerp(to, 0.5 * (part[0] + part[1])).floor().as_ivec3();
-            let voxel = voxel.clamp(IVec3::ZERO, IVec3::splat(EDGE as i32 - 1));
-            let head = self.heads[(voxel.x + EDGE as i32 * (voxel.y + EDGE as i32 * voxel.z)) as usize];
-            head == 0 || self.parts[self.parts[head as usize - 1].lit_by as usize].alone != 0
-        })
-    }
-
-    /// What others see of a lit item's front and back, and of how many neighbours that is the mean.
-    fn shared(&self, item: usize) -> ([DVec3; 2], u32) {
-        let light = |item: usize| {
-            let light = &self.sent[item];
-            let side = |v: [f32; 3]| Vec3::from_array(v).as_dvec3();
-            ([side(light.front), side(light.back)], f64::from(light.area))
-        };
-        let (own, area) = light(item);
-        if self.parts[item].alone == 0 || area == 0.0 {
-            return (own, 0);
-        }
-        let (n, offset) = self.plane(item);
-        let voxel = self.items[item].voxel;
-        let middle = |v: IVec3| v.as_dvec3() + 0.5;
-        let here = middle(IVec3::from([voxel % EDGE, voxel / EDGE % EDGE, voxel / EDGE / EDGE].map(|v| v as i32)));
-        let axis = (0..3).fold(0, |best, k| if n[k].abs() > n[best].abs() { k } else { best });
-        let mut from = here;
-        from[axis] += (offset - n.dot(from)) / n[axis];
-        let (mut sum, mut total, mut count) = (own.map(|v| v * area), area, 0);
-        for (u, v) in (-2..=2).flat_map(|v| (-2..=2).map(move |u| (u, v))).filter(|step| *step != (0i32, 0i32)) {
-            // Four steps along each axis count in all, as many as directions differ within: the outer two half.
-            let weight = [u, v].map(|step| if step.abs() == 2 { 0.5 } else { 1.0 }).iter().product::<f64>();
-            let mut there = here;
-            there[(axis + 1) % 3] += f64::from(u);
-            there[(axis + 2) % 3] += f64::from(v);
-            there[axis] += (offset - n.dot(there)) / n[axis];
-            let to = there;
-            let there = there.floor().as_ivec3();
-            if there.min_element() < 0 || there.max_element() >= EDGE as i32 {
-                continue;
-            }
-            let head = self.heads[(there.x + EDGE as i32 * (there.y + EDGE as i32 * there.z)) as usize];
-            if head == 0 {
-                continue;
-            }
-            let neighbour = self.parts[head as usize - 1].lit_by as usize;
-            let (m, other) = self.plane(neighbour);
-            let material = |item: usize| self.triangles[self.items[item].triangle as usize].material;
-            let apart = (n.dot(middle(there)) - offset - m.dot(middle(there)) + other).abs();
-            let same = self.facing(neighbour) == self.facing(item) && material(neighbour) == material(item);
-            let beside = self.parts[neighbour].alone != 0;
-            if beside && same && apart < 0.5 && self.undivided_between(from, to) {
-                let (sides, part) = light(neighbour);
-                sum = std::array::from_fn(|k| sum[k] + weight * part * sides[k]);
-                total += weight * part;
-                count += 1;
-            }
-        }
-        (sum.map(|v| v / total), count)
-    }
 }
 
 #[test]
-fn neighbours_share_what_they_send_as_their_twin_says() {
+fn an_item_is_alone_where_it_is_lit_for_all_of_its_voxel() {
     let scene = room();
     let mut studio = Studio::new(&scene, &Settings { voxels: EDGE, ..Settings::fast() });
     studio.image(&scene.pose(None, 0.0));
@@ -150,22 +63,12 @@ fn neighbours_share_what_they_send_as_their_twin_says() {
     for (item, part) in held.items.iter().zip(&held.parts) {
         in_voxel.entry(item.voxel).or_default().push(part.lit_by);
     }
-    let (mut sharing, mut alone, mut off) = (0, 0, 0);
-    for &item in &held.lit {
-        let item = item as usize;
-        let of_voxel = &in_voxel[&held.items[item].voxel];
-        assert_eq!(held.parts[item].alone != 0, of_voxel.iter().all(|lit| *lit as usize == item));
-        let (expected, neighbours) = held.shared(item);
-        let found = [held.seen[item].front, held.seen[item].back].map(|v| Vec3::from_array(v).as_dvec3());
-        // Where a plane passes a voxel's border within rounding, f32 and f64 may take other neighbours: a few of thousands.
-        let same =
-            (0..2).all(|k| (found[k] - expected[k]).abs().max_element() <= 1e-4 * expected[k].max_element() + 1e-6);
-        off += u32::from(!same);
-        alone += u32::from(neighbours == 0);
-        sharing += u32::from(neighbours >= 5);
+    let is_alone = |item: u32| in_voxel[&held.items[item as usize].voxel].iter().all(|lit| *lit == item);
+    let (alone, others): (Vec<u32>, Vec<u32>) = held.lit.iter().partition(|item| is_alone(**item));
+    for (items, flag) in [(&alone, 1), (&others, 0)] {
+        assert!(items.iter().all(|item| held.parts[*item as usize].alone == flag));
     }
-    assert!(off * 500 < held.lit.len() as u32, "{off} of {} differ", held.lit.len());
-    assert!(sharing > 500 && alone > 100, "{sharing} share, {alone} do not");
+    assert!(alone.len() > 500 && others.len() > 100, "{} alone, {} with others", alone.len(), others.len());
 }
 
 #[test]
@@ -285,8 +188,7 @@ fn no_light_comes_through_walls_of_a_quarter_voxel_or_less() {
     }
 }
 
-/// Places at which light came through: neighbours shared it through a voxel that a slanting plane passes between theirs, a strip
-/// narrower than the points that a part is looked over by took the other side's, and a sample hidden by the wall was lit.
+/// Places at which light came through: a strip narrower than the points that a part is looked over by took the other side's, and a sample hidden by the wall was lit.
 #[test]
 fn no_light_comes_through_a_wall_that_stands_askew() {
     let context = gpu::context();

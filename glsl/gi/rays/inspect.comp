@@ -71,7 +71,7 @@ void main() {
     vec3 radiance = vec3(0.0);
     for (uint k = 0u; k < (met.any ? 1u : 0u); k++) { // a CPU device leaves it early
         item = lit_for(met);
-        radiance = seen_radiance(met, normalize(corners_of(met.triangle) * met.weights - frame.eye), 0u);
+        radiance = seen_radiance(met, normalize(corners_of(met.triangle) * met.weights - frame.eye));
     }
     imageStore(kept_light, at, vec4(radiance, item == UNLIT ? 0.0 : float(item) + 1.0));
 #endif

@@ -2,7 +2,9 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with LOOK_UP
-// Lights the items of the lists; with LOOK_UP they gather from the volume of the bounce before.
+//! with ASKS
+// Lights the items of the lists; with LOOK_UP they gather what the bounce before left, with ASKS they ask for that
+// light instead.
 #include "ground/constants.glsl"
 
 #include "ground/brdf.glsl"

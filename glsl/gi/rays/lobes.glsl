@@ -89,7 +89,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         float pixel_width = frame.orthographic != 0u ? pixel : pixel * (seen_from + way);
         vec3 sent = met.dark || !met.any
             ? vec3(0.0)
-            : seen_radiance(met, d, mirrors) * texture_detail(met, m, at, max(width, pixel_width));
+            : shown_radiance(met, d, mirrors, width) * texture_detail(met, m, at, max(width, pixel_width));
         Surface s = evaluate_surface(met.triangle, attributes_of(met.place), met.weights, POINT, met.back);
         bool passes = feature(FEATURE_PASSING) && met.triangle.translucent != 0u;
         // A constant where nothing transmits: what only glass asks of the surface is not looked up then.

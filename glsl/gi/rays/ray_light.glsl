@@ -1,6 +1,7 @@
 // A ray that finds its triangle exactly and takes the light that the triangle itself sends there.
 
 #include "ground/ray.glsl"
+#include "common/alike.glsl"
 #include "ground/boxes.glsl"
 #include "ground/on_plane.glsl"
 #include "gi/rays/constants.glsl"
@@ -16,6 +17,21 @@ layout(scalar) readonly buffer DirectLight { vec3 direct_light[]; }; // per list
 #endif
 
 const uint UNLIT = ~0u; // no item is lit for it
+
+#ifdef ASKS
+#include "ground/ask.glsl"
+
+void ask_for(uint item) {
+#ifdef LIGHTS_ITEMS
+    const uint bounces = ASKED_FIRST;
+#else
+    const uint bounces = BOUNCES == 1u ? ASKED_FIRST : ASKED_FIRST | ASKED_SECOND;
+#endif
+    if (item != UNLIT) {
+        ask(item, bounces);
+    }
+}
+#endif
 
 // 1-based: the item that stands for a recorded triangle at a place on it; 0 if there is none.
 uint item_at(uint triangle, vec3 at) {
@@ -47,6 +63,9 @@ uint lit_for(Met met) {
     uint item = item_parts[max(own, 1u) - 1u].lit_by;
     ItemPart part = item_parts[item];
     COUNT(WORDS, 3u);
+#ifdef ASKS
+    return own == 0u ? UNLIT : item; // its twin is asked for with it
+#else
     if (own == 0u || part.twin == 0u) {
         return own == 0u ? UNLIT : item;
     }
@@ -68,27 +87,102 @@ uint lit_for(Met met) {
     uint twin = part.twin - 1u;
     vec3 other = from_box(box, anchor_point(a, n, center, item_parts[twin].anchor)) + above;
     return sees(entry.voxel, item, hit, other) ? twin : UNLIT;
+#endif
 }
 
-// Stored radiance of what was met along unit d, on the side that is seen: what the list item sends there that stands
-// for it where it was met. No other surface and no other side mixes into it, however thin a wall is. `mirrors`: between
-// there and the eye, each a bounce. Items hold the light of all bounces but one.
-vec3 seen_radiance(Met met, vec3 d, uint mirrors) {
-    uint item = met.any ? lit_for(met) : UNLIT;
-    COUNT(WORDS, item != UNLIT ? 3u : 0u);
-    bool lit = item != UNLIT;
-    item = lit ? item : 0u;
-    vec3 seen = met.back ? seen_lights[item].back : seen_lights[item].front;
+// Stored radiance that a lit item sends evenly on one side, 0 its front. `mirrors`: between there and the eye, each a
+// bounce. Items hold the light of all bounces but one.
+vec3 even_radiance(uint item, uint side, uint mirrors) {
+    COUNT(WORDS, 3u);
     if (BOUNCES == 2u && mirrors == 2u) {
-        seen = direct_light[2u * item + (met.back ? 1u : 0u)];
+        return direct_light[2u * item + side];
     }
-    if (feature(FEATURE_SPECULAR)) {
-        uvec2 lobe = seen_lobes[2u * item + (met.back ? 1u : 0u)];
-        COUNT(WORDS, 2u);
-        seen += lobe == uvec2(0u) ? vec3(0.0)
-                                  : item_lobe_light(unpack_item_lobe(lobe), met.back ? -met.normal : met.normal, -d);
+    return side == 1u ? seen_lights[item].back : seen_lights[item].front;
+}
+
+// And that which its specular lobe sends back along unit d from what was met.
+vec3 lobe_radiance(uint item, Met met, vec3 d) {
+    if (!feature(FEATURE_SPECULAR)) {
+        return vec3(0.0);
     }
-    return lit && mirrors <= BOUNCES ? seen : vec3(0.0);
+    uvec2 lobe = seen_lobes[2u * item + (met.back ? 1u : 0u)];
+    COUNT(WORDS, 2u);
+    return lobe == uvec2(0u) ? vec3(0.0)
+                             : item_lobe_light(unpack_item_lobe(lobe), met.back ? -met.normal : met.normal, -d);
+}
+
+// Stored radiance of what was met along unit d: what the list item sends there that stands for it where it was met. No
+// other surface and no other side mixes into it, however thin a wall is.
+vec3 seen_radiance(Met met, vec3 d) {
+    uint item = met.any ? lit_for(met) : UNLIT;
+    uint lit = item == UNLIT ? 0u : item;
+#ifdef ASKS
+    ask_for(item);
+    return vec3(0.0);
+#else
+    vec3 seen = even_radiance(lit, met.back ? 1u : 0u, 0u) + lobe_radiance(lit, met, d);
+    return item == UNLIT ? vec3(0.0) : seen;
+#endif
+}
+
+// The item that is lit for a voxel of a box, if that lists one surface alone, of that material and facing; else UNLIT.
+uint continued_in(Box box, ivec3 voxel, uint material, uint facing) {
+    bool inside = all(greaterThanEqual(voxel, ivec3(0))) && all(lessThan(voxel, ivec3(EDGE)));
+    uint head = inside ? heads[voxel_in(box, voxel)] : 0u;
+    uint item = item_parts[max(head, 1u) - 1u].lit_by;
+    Triangle t = triangles[list_items[item].triangle];
+    COUNT(HEADS, 1u);
+    COUNT(WORDS, 2u);
+    COUNT(LIST_ITEMS, 1u);
+    COUNT(TRIANGLES, 1u);
+    bool continues = head != 0u && item_parts[item].alone != 0u && t.material == material
+        && facing_cell(triangle_normal(t.corners[0], t.corners[1], t.corners[2])) == facing;
+    return continues ? item : UNLIT;
+}
+
+// The same of what mirrors and glass show to the eye. What is sent evenly is interpolated linearly between the middles
+// of voxels along the surface, where it goes on in those beside and nothing else is listed there: else single voxels
+// would show, and the noise of the few directions along which each item gathers. `width`: of the ray there, voxels; a
+// wide one shows no single voxel.
+vec3 shown_radiance(Met met, vec3 d, uint mirrors, float width) {
+    uint item = met.any && mirrors <= BOUNCES ? lit_for(met) : UNLIT;
+    uint own = item == UNLIT ? 0u : item;
+    uint side = met.back ? 1u : 0u;
+    Box box = box_of(list_items[own].voxel);
+#ifdef ASKS
+    ask_for(item);
+#endif
+    vec3 sum = even_radiance(own, side, mirrors);
+    float total = 1.0;
+    bool interpolates = item != UNLIT && width * box.scale < 1.0 && item_parts[own].alone != 0u;
+    for (uint once = 0u; once < (interpolates ? 1u : 0u); once++) {
+        ivec3 voxel = ivec3(cell_in(box, list_items[own].voxel));
+        Triangle t = triangles[list_items[own].triangle];
+        vec3 n = triangle_normal(t.corners[0], t.corners[1], t.corners[2]);
+        uint facing = facing_cell(n);
+        uint axis = dominant_axis(n);
+        vec3 hit = in_box(box, corners_of(met.triangle) * met.weights);
+        vec2 off = clamp(across(hit - vec3(voxel) - 0.5, axis), -0.5, 0.5);
+        ivec2 way = ivec2(off.x < 0.0 ? -1 : 1, off.y < 0.0 ? -1 : 1);
+        off = abs(off);
+        total = (1.0 - off.x) * (1.0 - off.y);
+        sum *= total;
+        for (int k = 1; k < 4; k++) {
+            ivec2 step = ivec2(k & 1, k >> 1);
+            ivec3 beside = voxel;
+            beside[(axis + 1u) % 3u] += step.x * way.x;
+            beside[(axis + 2u) % 3u] += step.y * way.y;
+            uint other = continued_in(box, beside, t.material, facing);
+#ifdef ASKS
+            ask_for(other);
+#endif
+            vec2 weights = mix(1.0 - off, off, equal(step, ivec2(1)));
+            float weight = other == UNLIT ? 0.0 : weights.x * weights.y;
+            sum += weight * even_radiance(other == UNLIT ? own : other, side, mirrors);
+            total += weight;
+        }
+    }
+    return item == UNLIT ? vec3(0.0) : sum / total + lobe_radiance(own, met, d);
 }
 
 // Leaves along unit d, which is above a surface with normal `facet`. Stored radiance of what it meets; `through`: what
@@ -102,7 +196,7 @@ vec3 trace_light(vec3 position, vec3 facet, vec3 d, out vec3 through) {
     for (uint i = 0u; i < (feature(FEATURE_PASSING) ? MOST_PASSED : 1u) && going; i++) {
         Met met = meet(trace_ray(origin, d, least), d);
         vec3 passed = transmittance(met);
-        sum += met.any && !met.dark ? through * (1.0 - passed) * seen_radiance(met, d, 0u) : vec3(0.0);
+        sum += met.any && !met.dark ? through * (1.0 - passed) * seen_radiance(met, d) : vec3(0.0);
         through *= met.any ? passed : vec3(1.0);
         bool spent = brightest(through) < SPENT;
         through = spent ? vec3(0.0) : through;

@@ -2,9 +2,10 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! per method except none
+//! with ASKS only rays
 // Gather: diffuse light of what is seen, at fewer pixels than the image has, each looking along directions of its own.
 // The pass share takes the mean over neighbours, the pass image brings it up to its pixels. A thread per gathered
-// pixel.
+// pixel. With ASKS it asks for the light of list items instead.
 
 #include "common/tile.glsl"
 #include "ground/constants.glsl"
@@ -99,10 +100,13 @@ void main() {
 #else
             light = look_up_diffuse(s, place);
 #endif
+#ifndef ASKS
             lamps = lamp_light(s, view);
+#endif
         }
     }
     imageStore(gathered_surfaces, at, surface);
+#ifndef ASKS
     imageStore(gathered_light, at, light);
     imageStore(gathered_lamps, at, vec4(min(lamps.diffuse * frame.scale, LARGEST_STORED), 0.0));
     imageStore(gathered_lamps_specular, at, vec4(min(lamps.specular * frame.scale, LARGEST_STORED), 0.0));
@@ -110,5 +114,6 @@ void main() {
     if (feature(FEATURE_SPECULAR)) { // else there is no such image
         imageStore(gathered_mirrored, at, vec4(min(mirrored, LARGEST_STORED), 0.0));
     }
+#endif
 #endif
 }

@@ -4,7 +4,8 @@
 //! per method
 //! with GATHERED except none
 //! with AOVS
-// Image: shades listed fragments. A thread per fragment.
+//! with ASKS only rays
+// Image: shades listed fragments. A thread per fragment. With ASKS it asks for the light of list items instead.
 
 #include "common/spread.glsl"
 #include "ground/image/fragments.glsl"
@@ -33,6 +34,7 @@ void main() {
     Fragment f = fragments[slot];
     uvec2 pixel = place_of(f) + uvec2(0u, push.first_seen);
     Shown shown = shade((f.seen - 1u) / 2u, (f.seen & 1u) == 0u, pixel, samples_of(f));
+#ifndef ASKS
     ivec2 at = fragment_texel(slot, imageSize(shaded[0]).x);
     imageStore(shaded[0], at, shown.beauty);
 #ifdef AOVS
@@ -41,5 +43,6 @@ void main() {
     imageStore(shaded[3], at, shown.normal);
     imageStore(shaded[4], at, shown.albedo);
     imageStore(shaded[5], at, shown.ao_depth_diffuse);
+#endif
 #endif
 }

@@ -13,6 +13,12 @@
 #include "ground/image/seen.glsl"
 #include "ground/image/gathered.glsl"
 
+#ifdef ASKS
+const bool ASKS_ONLY = true;
+#else
+const bool ASKS_ONLY = false;
+#endif
+
 // Radiance, premultiplied by opacity, and the further layers.
 struct Shown {
     vec4 beauty;
@@ -85,7 +91,7 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
     if (feature(FEATURE_CLEARCOAT)) {
         direct *= 1.0 - viewed.lobes.coat;
     }
-    if (lit) {
+    if (lit && !ASKS_ONLY) {
         direct += lights_directly(s, a, pixel, covered, viewed.lobes.diffuse);
         // With a coat twice: what lies under it, and itself.
         for (uint layer = 0u; layer < (FINDS_LAMPS ? 0u : feature(FEATURE_CLEARCOAT) ? 2u : 1u); layer++) {
@@ -104,7 +110,10 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
     uint near = lit && !gathered.found ? 1u : 0u;
     uint far = lit && sends_through(s) ? 1u : 0u;
     for (uint i = 0u; i < near + far; i++) {
-        LampLight lamps = lamp_light(i < near ? s : far_side(s), view);
+        LampLight lamps = LampLight(vec3(0.0), vec3(0.0));
+        if (!ASKS_ONLY) {
+            lamps = lamp_light(i < near ? s : far_side(s), view);
+        }
         if (i < near) {
             gathered.lamps = lamps;
         } else {

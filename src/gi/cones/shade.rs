@@ -39,7 +39,7 @@ impl Shade {
         let bytes = 8 * FACES as u64 * u64::from(target.edge).pow(3);
         recorder.zone(label, ZoneKind::Raster, bytes, |r| {
             r.full_barrier(); // voxelise wrote the lists, mips 1 the volume that is gathered from
-            let mut binds = ground.item_binds();
+            let mut binds = ground.item_binds(&ground.base().lit_items, &ground.base().item_lights);
             binds.extend(look_up);
             target.draw(r, pipeline, &pipeline.select(&binds), 0);
         });

@@ -127,6 +127,10 @@ impl Look<'_> {
         binds.push(self.own.clone());
         let mut r = Recorder::new(context, RecorderOptions::default())?;
         r.full_barrier(); // the last frame wrote lists and light
+        if let Some(on_demand) = frame.method.on_demand() {
+            on_demand.light_all(&mut r, frame.ground); // no image asked for what is looked at
+            r.full_barrier(); // it is lit
+        }
         r.dispatch(self.pass, &self.pass.select(&binds), &self.push, self.groups);
         r.finish().map(drop)
     }

@@ -1,4 +1,4 @@
-//! Exact rays that find what list items send, shared among neighbours.
+//! Exact rays that find what list items send.
 //!
 //! Every list item is lit, one for all that are alike. A ray that hits a triangle reads the light of the item that stands for
 //! it where it was hit, front or back: no volume stands between, so nothing mixes through a wall. For a second bounce items
@@ -8,11 +8,11 @@
 pub mod inspect;
 
 use super::bounces::{BounceDesc, PerBounce};
-use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
+use super::{CoarseLight, Gi, Maker, OnDemand, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::cells::LIT_COUNTS;
-use crate::ground::constants::{LIT_ALIKE, constants, with};
+use crate::ground::cells::{LIT_COUNTS, SECOND_COUNTS};
+use crate::ground::constants::{DIRECT_READ, LIT_ALIKE, constants, with};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, Settings as AllSettings};
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Recorder, ZoneKind};
@@ -29,7 +29,8 @@ pub const PASS_UNITS: &[(&str, PassUnit)] = &[("shade", PassUnit::WalkedItems)];
 
 pub struct Lighting {
     light: PerBounce<Light>,
-    share: Compute,
+    /// Asks for the light that the second bounce reads, where light is made on demand.
+    asks: Option<Compute>,
     feedback: Option<Feedback>,
     constants: [Constant; 4],
 }
@@ -38,6 +39,7 @@ pub struct Lighting {
 struct Light {
     pipeline: Compute,
     label: &'static str,
+    bounce: usize,
 }
 
 /// What only `bounces = all` needs.
@@ -58,9 +60,10 @@ impl Gi for Lighting {
             lit_items: true,
             alike: true,
             split: true,
+            demand: !all,
             lobe_words: 2,
             kept_direct_light: settings.bounces.volumes() > 1,
-            seen_lights: true,
+            seen_lights: settings.bounces.volumes() > 1,
             carried_light: all,
             mean_passes: all.then_some(settings.of.rays.passes),
             diffuse: true,
@@ -84,13 +87,18 @@ impl Gi for Lighting {
         ];
         let items = with(with(constants(settings, features), &look_up), &of_items);
         let compute = |label, shader, constants: &[_]| Compute::new(context, &ComputeDesc { label, shader, constants });
+        let all = settings.bounces == Bounces::All;
+        let second = with(items.clone(), &[("LISTED", if all { LIT_COUNTS } else { SECOND_COUNTS }.into())]);
         let light = |BounceDesc { bounce, gathers, direct }| {
             let label = ["shade 1", "shade 2"][bounce];
             let shader = if gathers { "gi/rays/light.comp LOOK_UP" } else { "gi/rays/light.comp" };
-            Ok(Light { pipeline: compute(label, shader, &with(items.clone(), &[("DIRECT", direct.into())]))?, label })
+            let items = if bounce == 1 { &second } else { &items };
+            Ok(Light { pipeline: compute(label, shader, &with(items.clone(), &[("DIRECT", direct.into())]))?, label, bounce })
         };
-        let all = settings.bounces == Bounces::All;
-        let share = if all { "gi/rays/share_items.comp FEEDBACK" } else { "gi/rays/share_items.comp" };
+        let asks = || {
+            let constants = with(second.clone(), &[("DIRECT", DIRECT_READ.into())]);
+            compute("ask 2", "gi/rays/light.comp LOOK_UP ASKS", &constants)
+        };
         let feedback = || {
             Ok(Feedback {
                 carry: compute("carry", "gi/rays/carry.comp", &items)?,
@@ -99,32 +107,42 @@ impl Gi for Lighting {
             })
         };
         Ok(Self {
-            share: compute("share items", share, &items)?,
             light: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, light)?,
+            asks: (settings.bounces == Bounces::Two).then(asks).transpose()?,
             feedback: all.then(feedback).transpose()?,
             constants: look_up,
         })
     }
 
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
+        if self.on_demand().is_some() {
+            let asked = &ground.base().asked_items;
+            r.full_barrier(); // the frame before asked
+            r.fill(asked, 0, asked.bytes(), 0);
+            return;
+        }
         match (&self.feedback, &self.light.again) {
             (Some(feedback), Some(again)) if update.history => {
                 // Everything is lit directly and by what it saw before;
                 if update.lists {
                     feedback.carry(r, ground);
                 }
-                self.light(r, ground, again, update.averages);
+                self.light(r, ground, again);
             }
             // or directly alone.
-            _ => self.light(r, ground, &self.light.first, false),
+            _ => self.light(r, ground, &self.light.first),
         }
         // Then once more; with feedback only where lists are new: what was not in its voxel before has been dark until now.
         if let Some(second) = self.light.second.as_ref().filter(|_| self.feedback.is_none() || update.lists) {
-            self.light(r, ground, second, false);
+            self.light(r, ground, second);
         }
         if let Some(feedback) = self.feedback.as_ref().filter(|_| update.measured) {
             feedback.sum(r, ground);
         }
+    }
+
+    fn on_demand(&self) -> Option<&dyn OnDemand> {
+        self.feedback.is_none().then_some(self)
     }
 
     fn constants(&self) -> &[Constant] {
@@ -133,12 +151,15 @@ impl Gi for Lighting {
 
     fn binds<'a>(&'a self, ground: &'a Ground) -> Vec<Bind<'a>> {
         let lists = ground.base();
-        vec![
+        let mut binds = vec![
             Bind::buffer("item_parts", &lists.item_parts),
-            Bind::buffer("seen_lights", &lists.seen_lights),
+            Bind::buffer("cell_counts", &lists.cells.counts),
+            Bind::buffer("seen_lights", &lists.item_lights),
             Bind::buffer("direct_light", &lists.direct_light),
-            self.seen_lobes(ground),
-        ]
+            Bind::buffer("seen_lobes", &lists.item_lobes),
+        ];
+        binds.extend(lists.ask_binds());
+        binds
     }
 
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {
@@ -147,46 +168,84 @@ impl Gi for Lighting {
 }
 
 impl Lighting {
-    /// The lobes that rays see. With feedback a pass reads those of the one before while it writes its own; without, no pass does both.
-    fn seen_lobes<'a>(&self, ground: &'a Ground) -> Bind<'a> {
+    /// The light and the lobes of the bounce before, which items gather. Passes with feedback read what the pass before left while
+    /// they write their own; without feedback no pass reads the lobes and writes them.
+    fn gathered<'a>(&self, ground: &'a Ground) -> [Bind<'a>; 2] {
         let lists = ground.base();
-        Bind::buffer("seen_lobes", if self.feedback.is_some() { &lists.seen_lobes } else { &lists.item_lobes })
+        let lobes = if self.feedback.is_some() { &lists.seen_lobes } else { &lists.item_lobes };
+        [Bind::buffer("seen_lights", &lists.seen_lights), Bind::buffer("seen_lobes", lobes)]
     }
 
-    /// Lights the items of the lists, and lets neighbours share. `averages`: items gather what others send themselves, as the pass
-    /// before left it where lists keep the light of those before them, which nothing asks for while they stay. Reads: lists,
-    /// triangles, materials, lights, lamps, kept direct light, seen lights. Writes: item lights, kept direct light, seen lights.
-    fn light(&self, r: &mut Recorder, ground: &Ground, pass: &Light, averages: bool) {
+    /// Splits and lights the items that are listed, bounce by bounce.
+    fn light_listed(&self, r: &mut Recorder, ground: &Ground) {
+        ground.split(r, LIT_COUNTS);
+        self.light(r, ground, &self.light.first);
+        if let Some(second) = &self.light.second {
+            self.light(r, ground, second);
+        }
+    }
+
+    /// A thread per item that the bounce (0 or 1) lights. `written`: the light of items.
+    fn over_items(&self, r: &mut Recorder, ground: &Ground, pipeline: &Compute, bounce: usize, written: &Buffer) {
         let lists = ground.base();
-        let gathered = if averages { &lists.last_seen_lights } else { &lists.seen_lights };
+        let all = bounce == 0 || self.feedback.is_some();
+        let (listed, entry) = if all { (&lists.lit_items, LIT_COUNTS) } else { (&lists.second_items, SECOND_COUNTS) };
+        let mut binds = ground.item_binds(listed, written);
+        binds.extend(self.gathered(ground));
+        binds.extend(lists.ask_binds());
+        lists.cells.light_items(r, pipeline, binds, entry);
+    }
+
+    /// Lights the items of the lists. Reads: lists, triangles, materials, lights, lamps, kept direct light, the light of the bounce
+    /// before. Writes: item lights, kept direct light.
+    fn light(&self, r: &mut Recorder, ground: &Ground, pass: &Light) {
+        let lists = ground.base();
         r.zone(pass.label, ZoneKind::Compute, 0, |r| {
             r.full_barrier(); // the lists and what is gathered from were written
-            let mut binds = ground.item_binds();
-            binds.push(Bind::buffer("seen_lights", gathered));
-            binds.push(self.seen_lobes(ground));
-            lists.cells.light_items(r, &pass.pipeline, binds);
-        });
-        r.zone("share items", ZoneKind::Compute, 0, |r| {
-            r.full_barrier(); // the items are lit
-            let mut binds = vec![
-                Bind::buffer("frame", &ground.frame),
-                Bind::buffer("triangles", &ground.triangles),
-                Bind::buffer("list_items", &lists.items),
-                Bind::buffer("heads", &lists.heads),
-                Bind::buffer("item_lights", &lists.item_lights),
-                Bind::buffer("item_parts", &lists.item_parts),
-            ];
-            if self.feedback.is_some() {
-                binds.push(Bind::buffer("own_lights", &lists.last_seen_lights));
-                binds.push(Bind::buffer("item_lobes", &lists.item_lobes));
-                binds.push(self.seen_lobes(ground));
+            // With feedback the second pass reads a copy of what the first one wrote.
+            let is_read_next = self.feedback.is_none() && self.light.second.is_some() && pass.bounce == 0;
+            let written = if is_read_next { &lists.seen_lights } else { &lists.item_lights };
+            self.over_items(r, ground, &pass.pipeline, pass.bounce, written);
+            if let Some(feedback) = &self.feedback {
+                feedback.hand_over(r, ground);
             }
-            over_lit_items(r, ground, &self.share, binds);
         });
     }
 }
 
+impl OnDemand for Lighting {
+    fn begin(&self, r: &mut Recorder, ground: &Ground) {
+        r.full_barrier(); // the items that were asked for before are lit
+        ground.base().cells.empty_items(r);
+    }
+
+    fn light_asked(&self, r: &mut Recorder, ground: &Ground) {
+        if let Some(asks) = &self.asks {
+            ground.split(r, SECOND_COUNTS);
+            r.zone("ask 2", ZoneKind::Compute, 0, |r| {
+                r.full_barrier(); // twins were listed
+                self.over_items(r, ground, asks, 1, &ground.base().item_lights);
+            });
+        }
+        self.light_listed(r, ground);
+    }
+
+    fn light_all(&self, r: &mut Recorder, ground: &Ground) {
+        self.begin(r, ground);
+        ground.ask_all(r);
+        self.light_listed(r, ground);
+    }
+}
+
 impl Feedback {
+    /// The next pass reads what this one wrote.
+    fn hand_over(&self, r: &mut Recorder, ground: &Ground) {
+        let lists = ground.base();
+        r.full_barrier(); // the items are lit
+        r.copy(&lists.item_lights, &lists.seen_lights);
+        r.copy(&lists.item_lobes, &lists.seen_lobes);
+    }
+
     /// New lists take over the light of those before them.
     fn carry(&self, r: &mut Recorder, ground: &Ground) {
         let lists = ground.base();

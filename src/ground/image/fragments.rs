@@ -4,8 +4,8 @@
 
 use std::sync::Arc;
 
-use super::BandFrame;
 use super::target::{COLOR_FORMAT, ImageShape};
+use super::{BandFrame, Pair};
 use crate::Result;
 use crate::ground::MOST_GROUPS;
 use crate::ground::layout::ListCount;
@@ -94,7 +94,7 @@ fn shaded_size(capacity: u64) -> (u32, u32) {
 pub struct FragmentShading {
     label: &'static str,
     shaded: Vec<Image>,
-    pass: Compute,
+    pass: Pair,
 }
 
 impl FragmentShading {
@@ -102,15 +102,9 @@ impl FragmentShading {
     ///
     /// # Errors
     /// Too little memory, or a lost device.
-    pub fn new(
-        context: &Arc<Context>,
-        pass: &ComputeDesc,
-        label: &'static str,
-        outputs: usize,
-        capacity: u64,
-    ) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, pass: Pair, label: &'static str, outputs: usize, capacity: u64) -> Result<Self> {
         let shaded = shaded(context, label, outputs, capacity)?;
-        Ok(Self { label, shaded, pass: Compute::new(context, pass)? })
+        Ok(Self { label, shaded, pass })
     }
 
     /// Makes room for `capacity` fragments.
@@ -127,7 +121,8 @@ impl FragmentShading {
         let mut binds = binds.to_vec();
         binds.push(Bind::buffer("fragment_count", list));
         binds.push(Bind::storage_images("shaded", self.shaded()));
-        r.dispatch_indirect(&self.pass, &self.pass.select(&binds), &of.push(), list.at(0));
+        let pass = self.pass.of(of.light);
+        r.dispatch_indirect(pass, &pass.select(&binds), &of.push(), list.at(0));
         r.full_barrier();
     }
 

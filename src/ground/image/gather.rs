@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::target::ImageShape;
-use super::{BandFrame, ImagePassDesc};
+use super::{BandFrame, ImagePassDesc, LightUse, Pair};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::layout::{GatherPush, RowsPush, SharePush};
@@ -68,7 +68,7 @@ impl GatherShape {
     }
 
     /// Gathered pixels of a whole image.
-    fn size(&self, shape: &ImageShape) -> (u32, u32) {
+    pub fn size(&self, shape: &ImageShape) -> (u32, u32) {
         (shape.width.div_ceil(self.scale), shape.height.div_ceil(self.scale))
     }
 
@@ -115,7 +115,7 @@ pub struct Gather {
     lights: Vec<Image>,
     /// What neighbours share; the image reads this.
     shared: Vec<Image>,
-    gather: Compute,
+    gather: Pair,
     share: Compute,
 }
 
@@ -131,7 +131,7 @@ impl Gather {
         };
         let lights = of.lights();
         let shader = format!("ground/image/gather.comp {method}");
-        let gather = ComputeDesc { label: "gather", shader: &shader, constants };
+        let gather = desc.pair(context, "gather", &shader)?;
         let shader = if of.lobes { "ground/image/share.comp LOBES" } else { "ground/image/share.comp" };
         let share = ComputeDesc { label: "share", shader, constants };
         Ok(Self {
@@ -145,7 +145,7 @@ impl Gather {
                 .iter()
                 .map(|[.., name]| image(&name.replace('_', " "), LIGHT_FORMAT))
                 .collect::<Result<_>>()?,
-            gather: Compute::new(context, &gather)?,
+            gather,
             share: Compute::new(context, &share)?,
         })
     }
@@ -158,13 +158,17 @@ impl Gather {
         // An image that is declared but never written must be given something.
         let lights = self.lights.iter().chain(std::iter::repeat(&self.lights[0])).zip(LIGHTS);
         binds.extend(lights.map(|(image, [name, ..])| Bind::storage_image(name, image.view())));
-        let binds = self.gather.select(&binds);
+        let pass = self.gather.of(of.light);
+        let binds = pass.select(&binds);
         r.in_parts(rows.count.div_ceil(TILE), 1, |r, part| {
             let (first, end) = (part.start * TILE, (part.end * TILE).min(rows.count));
             let push = GatherPush { first_row: rows.first, first, end, first_seen: of.band.first_seen };
-            r.dispatch(&self.gather, &binds, &push, [TILE_GROUPS, width.div_ceil(TILE), part.len() as u32]);
+            r.dispatch(pass, &binds, &push, [TILE_GROUPS, width.div_ceil(TILE), part.len() as u32]);
         });
         r.full_barrier();
+        if of.light == LightUse::Asks {
+            return; // nothing was gathered yet
+        }
         let texels = &ground.scene.texel_sampler;
         let mut binds =
             vec![Bind::buffer("frame", &ground.frame), Bind::image("surfaces", self.surfaces.view(), texels)];

@@ -16,10 +16,11 @@ use std::sync::Arc;
 
 use super::constants::Features;
 use super::layout::BandPush;
+use super::wants::OnDemand;
 use super::{Counts, Ground};
 use crate::Result;
 use crate::scene::Scene;
-use crate::vk::{Bind, ComputeDesc, Constant, Context, Load, Recorder, ZoneKind};
+use crate::vk::{Bind, Compute, ComputeDesc, Constant, Context, Load, Recorder, ZoneKind};
 use blended::Blended;
 use drawn::Drawn;
 pub use fragments::MOST_AT_ONCE;
@@ -58,6 +59,39 @@ pub struct ImagePassDesc<'a> {
     pub method: &'a str,
     /// All constants of the shaders.
     pub constants: Vec<Constant>,
+    /// Whether shaders are also made that ask for light instead of reading it.
+    pub asks: bool,
+}
+
+impl ImagePassDesc<'_> {
+    /// A shader, and its form that asks.
+    fn pair(&self, context: &Arc<Context>, label: &'static str, shader: &str) -> Result<Pair> {
+        let pass = |shader: &str| Compute::new(context, &ComputeDesc { label, shader, constants: &self.constants });
+        Ok(Pair { reads: pass(shader)?, asks: self.asks.then(|| pass(&format!("{shader} ASKS"))).transpose()? })
+    }
+}
+
+/// A shader that reads the light of list items, and its form that asks for it, where light is made on demand.
+pub struct Pair {
+    reads: Compute,
+    asks: Option<Compute>,
+}
+
+impl Pair {
+    fn of(&self, use_of: LightUse) -> &Compute {
+        match (use_of, &self.asks) {
+            (LightUse::Asks, Some(asks)) => asks,
+            _ => &self.reads,
+        }
+    }
+}
+
+/// How a pass uses the light of list items.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightUse {
+    Reads,
+    /// It asks for the light, and writes nothing that is shown.
+    Asks,
 }
 
 impl ImagePass {
@@ -79,8 +113,8 @@ impl ImagePass {
                 Opaque::Drawn(Drawn::new(context, desc, shape)?)
             } else {
                 let shader = image(shape.gathers.is_some());
-                let pass = ComputeDesc { label: "image", shader: &shader, constants: &desc.constants };
-                Opaque::Listed(FragmentShading::new(context, &pass, "shaded fragments", shape.outputs, samples)?)
+                let pass = desc.pair(context, "image", &shader)?;
+                Opaque::Listed(FragmentShading::new(context, pass, "shaded fragments", shape.outputs, samples)?)
             },
             // Diffuse light was gathered for what lies behind, not for these.
             blended: (desc.features.has(Features::BLEND))
@@ -98,29 +132,44 @@ impl ImagePass {
         self.blended.as_mut().map_or(Ok(()), |blended| blended.grow(context, blended_samples))
     }
 
-    /// `look_up`: what the method's look-up binds.
-    pub fn record(&self, r: &mut Recorder, frame: &ImageFrame, look_up: &[Bind<'_>]) {
+    /// `look_up`: what the method's look-up binds; `asked`: what lights the items that a band asks for, where light is made on demand.
+    pub fn record(&self, r: &mut Recorder, frame: &ImageFrame, look_up: &[Bind<'_>], asked: Option<&dyn OnDemand>) {
         let (target, shape) = (frame.target, frame.target.shape());
         let timed = shape.bands().count() <= MOST_TIMED_BANDS;
         let all = |r: &mut Recorder| {
             for band in shape.bands() {
-                let of = BandFrame { frame: *frame, band, rows: Rows { first: 0, count: band.seen_rows } };
-                let mut zone = |name, kind, bytes, record: &dyn Fn(&mut Recorder)| {
+                let of = BandFrame {
+                    frame: *frame,
+                    band,
+                    rows: Rows { first: 0, count: band.seen_rows },
+                    light: LightUse::Reads,
+                };
+                let zone = |r: &mut Recorder, name, kind, bytes, record: &dyn Fn(&mut Recorder)| {
                     if timed { r.zone(name, kind, bytes, record) } else { record(r) }
                 };
                 let row = u64::from(shape.width);
                 let seen = row * u64::from(band.seen_rows) * u64::from(shape.samples);
-                zone("visibility", ZoneKind::Raster, visibility::SEEN_BYTES * seen, &|r| self.see(r, &of));
+                zone(r, "visibility", ZoneKind::Raster, visibility::SEEN_BYTES * seen, &|r| self.see(r, &of));
+                let binds = self.look_up_binds(frame.ground, look_up);
+                if let Some(asked) = asked {
+                    asked.begin(r, frame.ground);
+                    let of = BandFrame { light: LightUse::Asks, ..of };
+                    zone(r, "ask", ZoneKind::Compute, 0, &|r| {
+                        self.gather(r, &of, look_up);
+                        self.shade(r, &of, &binds);
+                    });
+                    asked.light_asked(r, frame.ground);
+                    r.full_barrier(); // the light was written
+                }
                 if let Some(gather) = &self.gather {
-                    zone("gather", ZoneKind::Compute, gather.bytes(&of), &|r| self.gather(r, &of, look_up));
+                    zone(r, "gather", ZoneKind::Compute, gather.bytes(&of), &|r| self.gather(r, &of, look_up));
                 }
                 let bytes = row * u64::from(band.rows) * shape.color_bytes();
-                let binds = self.look_up_binds(frame.ground, look_up);
                 if let Opaque::Drawn(drawn) = &self.opaque {
-                    zone("image", ZoneKind::Raster, bytes, &|r| self.draw(r, &of, drawn, &binds));
-                    zone("resolve", ZoneKind::Compute, bytes, &|r| self.shade(r, &of, &binds));
+                    zone(r, "image", ZoneKind::Raster, bytes, &|r| self.draw(r, &of, drawn, &binds));
+                    zone(r, "resolve", ZoneKind::Compute, bytes, &|r| self.shade(r, &of, &binds));
                 } else {
-                    zone("image", ZoneKind::Compute, bytes, &|r| self.shade(r, &of, &binds));
+                    zone(r, "image", ZoneKind::Compute, bytes, &|r| self.shade(r, &of, &binds));
                 }
             }
         };
@@ -190,7 +239,9 @@ impl ImagePass {
             blended.record(r, of, &self.visibility, binds);
             shown.extend(blended.resolve_binds(texels));
         }
-        self.resolve.record(r, of, shown);
+        if of.light == LightUse::Reads {
+            self.resolve.record(r, of, shown);
+        }
     }
 }
 
@@ -207,6 +258,7 @@ pub struct BandFrame<'a> {
     pub band: Band,
     /// The rows at work, among those that the band sees.
     pub rows: Rows,
+    pub light: LightUse,
 }
 
 impl<'a> BandFrame<'a> {

@@ -94,6 +94,12 @@ impl ImageShape {
         !self.drawn || self.gathers.is_some()
     }
 
+    /// Places at which diffuse light is looked up, about.
+    pub fn gathered_pixels(&self) -> u64 {
+        let (width, height) = self.gathers.map_or((self.width, self.height), |gathers| gathers.size(self));
+        u64::from(width) * u64::from(height)
+    }
+
     /// Rows of a band.
     pub fn band_rows(&self) -> u32 {
         let drawn = if self.drawn { self.color_bytes() } else { 0 };

@@ -8,7 +8,7 @@ table! {
         diffuse: u32 = 14, in "rays", Range::Whole(1, 128);
         "rays for diffuse light per gathered pixel, cosine-distributed";
         "a ray each: the image's time grows with them";
-        bounce: u32 = 2, in "rays", Range::Whole(1, 128);
+        bounce: u32 = 3, in "rays", Range::Whole(1, 128);
         "the same per voxel side, of the second bounce";
         "a ray each";
         glossy: u32 = 16, in "rays", Range::Whole(1, 64);

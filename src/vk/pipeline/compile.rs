@@ -3,7 +3,7 @@
 //! A shader says at its head in which further forms it is compiled, a line each:
 //! - `//! per method`: once for every folder of `gi`, in which `method/…` is then looked for; `except NAME` leaves one out.
 //!   Shaders in a method's own folder find `method/…` there.
-//! - `//! with NAME`: once with the macro NAME and once without; `except METHOD` as above.
+//! - `//! with NAME`: once with the macro NAME and once without; `except METHOD` as above, `only METHOD` leaves the others out.
 //!
 //! `ground/image/image.comp` of the method `rays` with `AOVS` is called `ground/image/image.comp rays AOVS`.
 //!
@@ -142,6 +142,7 @@ fn forms(plain: &str, source: &str, methods: &[String]) -> (Vec<Form>, bool) {
     let mut forms = vec![Form { method: own, defines: vec![] }];
     let mut per_method = false;
     for line in source.lines().filter_map(|line| line.strip_prefix("//! ")) {
+        let (line, only) = line.split_once(" only ").map_or((line, None), |(line, only)| (line, Some(only)));
         let (what, except) = line.split_once(" except ").unwrap_or((line, ""));
         if what == "per method" {
             per_method = true;
@@ -149,7 +150,8 @@ fn forms(plain: &str, source: &str, methods: &[String]) -> (Vec<Form>, bool) {
             forms = others.map(|method| Form { method: Some(method.clone()), defines: vec![] }).collect();
         } else if let Some(define) = what.strip_prefix("with ") {
             for mut form in forms.clone() {
-                if form.method.as_deref() != Some(except) {
+                let method = form.method.as_deref();
+                if method != Some(except) && only.is_none_or(|only| method == Some(only)) {
                     form.defines.push(define.to_owned());
                     forms.push(form);
                 }

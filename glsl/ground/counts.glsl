@@ -1,11 +1,8 @@
-// For passes that make lists out of the occupied voxels: as cells.glsl, with counts that can be written.
+// The lengths of the lists of occupied cells, a level each, and of the lists of items (ground/constants.glsl).
 
-#include "ground/heads.glsl"
+#include "ground/constants.glsl"
 #include "ground/layout.glsl"
 
-layout(local_size_x = 64) in;
-
-layout(scalar) readonly buffer Cells { uint cells[]; };
 layout(scalar) buffer CellCounts { ListCount cell_counts[]; };
 
 // Counts one more; where it goes in its list.

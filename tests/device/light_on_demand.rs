@@ -1,0 +1,85 @@
+//! Light on demand: an item is lit where something asks for its light, and has then the light that it has where all are lit.
+
+use crate::gpu;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::studio::{Studio, pose, room};
+use glam::DVec3;
+use twobounce::ground::layout::{Globals, ItemLight, ItemPart, ListItem};
+use twobounce::renderer::{RenderOptions, Renderer};
+use twobounce::scene::{Bounds, LoadOptions, Scene, View};
+use twobounce::settings::Settings;
+use twobounce::vk::download;
+
+/// The bits of an item that the first and the second bounce light: `ASKED_FIRST` and `ASKED_SECOND` in `glsl/ground/ask.glsl`.
+const ASKED: [u32; 2] = [1, 2];
+
+/// Voxel, triangle and whether it is a twin: what tells an item from all others in every list.
+type ItemKey = (u32, u32, bool);
+
+/// From within the room.
+fn within(bounds: Bounds) -> View {
+    View { eye: DVec3::new(4.0, 4.0, 0.5), forward: DVec3::Z, up: DVec3::Y, ..View::framing(bounds) }
+}
+
+/// The light of the items that the last bounce lit, after an image of `size`.
+fn lit(scene: &Scene, settings: &Settings, size: (u32, u32)) -> BTreeMap<ItemKey, ([u32; 6], u32)> {
+    let context = gpu::context();
+    let (posed, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
+    let options = RenderOptions::new(size, bounds);
+    let mut renderer = Renderer::new(&context, scene.clone(), &posed, settings.clone(), options).expect("it fits");
+    let view = if scene.cameras.is_empty() { within(bounds) } else { scene.view(&posed, 0) };
+    renderer.render(&posed, &view).expect("a frame");
+    assert_eq!(context.take_validation_messages(), Vec::<String>::new());
+    let lists = renderer.ground().base();
+    let globals: Vec<Globals> = download(&context, &lists.globals).expect("counters");
+    let items: Vec<ListItem> = download(&context, &lists.items).expect("items");
+    let parts: Vec<ItemPart> = download(&context, &lists.item_parts).expect("parts");
+    let lights: Vec<ItemLight> = download(&context, &lists.item_lights).expect("lights");
+    let asked: Vec<u32> = download(&context, &lists.asked_items).expect("flags");
+    let is_lit = |item: &usize| asked[*item] & ASKED[settings.bounces.volumes() as usize - 1] != 0;
+    let light = |item: usize| {
+        let ItemLight { front, back, area, .. } = lights[item];
+        let sides = [front, back].concat().try_into().expect("six channels");
+        let sides: [f32; 6] = sides;
+        let twin = parts[item].twin as usize == item + 1;
+        ((items[item].voxel, parts[item].source, twin), (sides.map(f32::to_bits), area.to_bits()))
+    };
+    (0..globals[0].item_count as usize).filter(is_lit).map(light).collect()
+}
+
+#[test]
+fn items_that_are_asked_for_have_the_light_that_they_have_where_all_are_lit() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/gallery.glb");
+    let gallery = Scene::load(&path, &LoadOptions::default()).expect("it loads");
+    for (scene, bounces) in [(gallery, "bounces=2"), (room(), "bounces=1")] {
+        let settings = gpu::with(Settings::fast(), &["voxels=64", bounces]);
+        let (asked, all) = (lit(&scene, &settings, (16, 12)), lit(&scene, &settings, (192, 144)));
+        assert!(asked.len() > 100 && asked.len() * 3 < all.len(), "{} of {} are lit", asked.len(), all.len());
+        let off = asked.iter().filter(|(key, light)| all.get(key) != Some(light)).count();
+        assert_eq!(off, 0, "{off} of {} have another light", asked.len());
+    }
+}
+
+#[test]
+fn frames_that_light_what_comes_into_view_are_those_that_start_anew() {
+    let scene = room();
+    let (here, there) = (pose(&scene, DVec3::new(1.0, 1.0, 1.0)), pose(&scene, DVec3::new(5.0, 4.0, 3.0)));
+    let mut moved = there.clone();
+    moved.lights[0].position += DVec3::new(1.0, 0.0, -1.0);
+    let settings = gpu::with(Settings::fast(), &["voxels=64"]);
+    let mut kept = Studio::new(&scene, &settings);
+    let first_view = within(scene.bounds(None));
+    let other_view = View { eye: DVec3::new(3.0, 4.5, 1.0), forward: DVec3::NEG_X, ..first_view };
+    let frames =
+        [(&here, first_view), (&here, other_view), (&there, other_view), (&moved, other_view), (&moved, first_view)];
+    for (number, (pose, view)) in frames.into_iter().enumerate() {
+        let mut fresh = Studio::new(&scene, &settings);
+        (kept.view, fresh.view) = (view, view);
+        let (image, passes) = kept.image(pose);
+        assert!(passes.contains(&"ask 2"), "frame {number} asks for nothing: {passes:?}");
+        assert!(image == fresh.image(pose).0, "frame {number} is another");
+    }
+}

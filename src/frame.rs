@@ -106,7 +106,12 @@ impl Frame {
             Ground::new(context, desc.scene, scene_on_gpu.clone(), ground_desc(desc, &lamps, &scene_on_gpu.trees)?)?;
         let method = settings.method.make(&maker(context, settings, &ground))?;
         let target = ImageTarget::new(context, shape(desc))?;
-        let image = ImagePass::new(context, &image_pass_desc(desc, &*method), target.shape(), &ground.desc.counts)?;
+        let image = ImagePass::new(
+            context,
+            &image_pass_desc(desc, &*method, &ground.desc.counts),
+            target.shape(),
+            &ground.desc.counts,
+        )?;
         let counter = |_| {
             let bytes = size_of::<Globals>() as u64;
             Buffer::new(context, "counters, readback", bytes, BufferKind::Readback)
@@ -151,7 +156,7 @@ impl Frame {
     /// Records a frame. `slot`: one of those in flight that is free again.
     pub fn record(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
         self.record_light(r, seen);
-        if seen.image.is_none() || self.sees_most() {
+        if seen.image.is_none() || !self.image.asks() {
             self.light_all(r);
         }
         if seen.image.is_some() {
@@ -160,6 +165,9 @@ impl Frame {
             let frame = ImageFrame { ground, target, scene: seen.scene };
             let asked = self.method.on_demand().filter(|_| !self.all_lit);
             self.image.record(r, &frame, &self.method.binds(ground), asked);
+            if asked.is_some() {
+                self.forget_cut_light(r);
+            }
         }
         self.copy_counters(r, slot);
     }
@@ -213,19 +221,20 @@ impl Frame {
         }
     }
 
-    /// Whether asking for light takes longer than lighting everything: the image has more than an eighth as many pixels and rays as
-    /// there is room for list items (`docs/costs.md` has the measurements).
-    fn sees_most(&self) -> bool {
-        let (width, height) = self.target.size();
-        let rays = self.target.shape().gathered_pixels() * u64::from(self.settings.of.rays.diffuse);
-        8 * (rays + u64::from(width) * u64::from(height)) > u64::from(self.counts().lists[0].items)
-    }
-
     /// Lights all items, if light is made on demand and they are not lit yet.
     fn light_all(&mut self, r: &mut Recorder) {
         if let Some(on_demand) = self.method.on_demand().filter(|_| !self.all_lit) {
             on_demand.light_all(r, &self.ground);
             self.all_lit = true;
+            self.forget_cut_light(r);
+        }
+    }
+
+    /// Light that is made on demand is forgotten where the recording ended before it was whole.
+    fn forget_cut_light(&mut self, r: &Recorder) {
+        if !r.goes_on() {
+            self.light.forget();
+            self.all_lit = false;
         }
     }
 
@@ -329,7 +338,7 @@ impl Frame {
     /// # Errors
     /// Too little memory, or a lost device.
     pub fn given(&self, context: &Arc<Context>, desc: &FrameDesc) -> Result<GivenPass> {
-        let given = GivenPass::new(context, &image_pass_desc(desc, &*self.method), desc.size)?;
+        let given = GivenPass::new(context, &image_pass_desc(desc, &*self.method, self.counts()), desc.size)?;
         context.wait_for_pipelines()?;
         Ok(given)
     }
@@ -356,7 +365,7 @@ impl Frame {
             || desc.outputs != self.target.shape().outputs;
         let image = || {
             let target = ImageTarget::new(context, shape(desc))?;
-            let desc = image_pass_desc(desc, &**method.as_ref().unwrap_or(&self.method));
+            let desc = image_pass_desc(desc, &**method.as_ref().unwrap_or(&self.method), self.counts());
             Ok((ImagePass::new(context, &desc, target.shape(), self.counts())?, target))
         };
         let image = seen_anew.then(image).transpose()?;

@@ -122,13 +122,21 @@ pub(super) fn plan(settings: &Settings, features: Features, shape: &ImageShape, 
 }
 
 /// The description from which the passes over the image are made.
-pub(super) fn image_pass_desc<'a>(desc: &FrameDesc<'a>, method: &dyn Gi) -> ImagePassDesc<'a> {
+pub(super) fn image_pass_desc<'a>(desc: &FrameDesc<'a>, method: &dyn Gi, counts: &Counts) -> ImagePassDesc<'a> {
     let settings = desc.settings;
     let features = Features::of(desc.scene, settings);
     ImagePassDesc {
         features,
         method: settings.method.name(),
         constants: with(constants(settings, features), method.constants()),
-        asks: method.on_demand().is_some(),
+        asks: method.on_demand().is_some() && !sees_most(desc, counts),
     }
+}
+
+/// Whether asking for light takes longer than lighting everything: the image has more than an eighth as many pixels and rays as there is
+/// room for list items (`docs/costs.md` has the measurements).
+fn sees_most(desc: &FrameDesc, counts: &Counts) -> bool {
+    let (width, height) = desc.size;
+    let rays = shape(desc).gathered_pixels() * u64::from(desc.settings.of.rays.diffuse);
+    8 * (rays + u64::from(width) * u64::from(height)) > u64::from(counts.lists[0].items)
 }

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use crate::studio::{Studio, pose, room};
 use glam::DVec3;
+use twobounce::gi::rays::inspect::{Inspect, Inspected};
 use twobounce::ground::layout::{Globals, ItemLight, ItemPart, ListItem};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{Bounds, LoadOptions, Scene, View};
@@ -52,15 +53,35 @@ fn lit(scene: &Scene, settings: &Settings, size: (u32, u32)) -> BTreeMap<ItemKey
 
 #[test]
 fn items_that_are_asked_for_have_the_light_that_they_have_where_all_are_lit() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/gallery.glb");
-    let gallery = Scene::load(&path, &LoadOptions::default()).expect("it loads");
-    for (scene, bounces) in [(gallery, "bounces=2"), (room(), "bounces=1")] {
+    for (scene, bounces) in [(gallery(), "bounces=2"), (room(), "bounces=1")] {
         let settings = gpu::with(Settings::fast(), &["voxels=64", bounces]);
         let (asked, all) = (lit(&scene, &settings, (16, 12)), lit(&scene, &settings, (192, 144)));
         assert!(asked.len() > 100 && asked.len() * 3 < all.len(), "{} of {} are lit", asked.len(), all.len());
         let off = asked.iter().filter(|(key, light)| all.get(key) != Some(light)).count();
         assert_eq!(off, 0, "{off} of {} have another light", asked.len());
     }
+}
+
+fn gallery() -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/gallery.glb");
+    Scene::load(&path, &LoadOptions::default()).expect("it loads")
+}
+
+/// Items that nobody asked for are dark: an image that read one would change once it is lit.
+#[test]
+fn an_image_stays_once_everything_is_lit() {
+    let scene = gallery();
+    let posed = scene.pose(None, 0.0);
+    let settings = gpu::with(Settings::fast(), &["voxels=64"]);
+    let mut studio = Studio::new(&scene, &settings);
+    studio.view = scene.view(&posed, 0);
+    let (asked, _) = studio.image(&posed);
+    let frame = studio.renderer.frame();
+    let frame = || Inspected { ground: &frame.ground, method: &*frame.method };
+    let inspect = Inspect::new(&studio.context, &settings, frame()).expect("passes");
+    inspect.kept(&studio.context, frame(), (16, 16)).expect("what is kept");
+    let (all, _) = studio.image(&posed);
+    assert!(asked == all, "{} values differ", asked.iter().zip(&all).filter(|(a, b)| a != b).count());
 }
 
 #[test]

@@ -233,6 +233,9 @@ impl OnDemand for Lighting {
     fn light_all(&self, r: &mut Recorder, ground: &Ground) {
         self.begin(r, ground);
         ground.ask_all(r);
+        if self.light.second.is_some() {
+            ground.split(r, SECOND_COUNTS);
+        }
         self.light_listed(r, ground);
     }
 }

@@ -43,6 +43,7 @@ pub struct ImagePass {
     opaque: Opaque,
     blended: Option<Blended>,
     resolve: Resolve,
+    asks: bool,
 }
 
 enum Opaque {
@@ -121,6 +122,7 @@ impl ImagePass {
                 .then(|| Blended::new(context, desc, shape, counts.blended_samples, &image(false)))
                 .transpose()?,
             resolve: Resolve::new(context, desc, shape)?,
+            asks: desc.asks,
         })
     }
 
@@ -130,6 +132,11 @@ impl ImagePass {
     /// Too little memory.
     pub fn grow(&mut self, context: &Arc<Context>, blended_samples: u32) -> Result<()> {
         self.blended.as_mut().map_or(Ok(()), |blended| blended.grow(context, blended_samples))
+    }
+
+    /// Whether it was made to ask for light.
+    pub fn asks(&self) -> bool {
+        self.asks
     }
 
     /// `look_up`: what the method's look-up binds; `asked`: what lights the items that a band asks for, where light is made on demand.

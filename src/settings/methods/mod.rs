@@ -10,7 +10,7 @@ macro_rules! methods {
             None = "none" in none,
             /// Voxel cone tracing, as in the talk.
             Cones = "cones" in cones,
-            /// Exact rays that find what the voxels shade, shared among neighbours.
+            /// Exact rays that find what the voxels shade; neighbouring pixels share them.
             Rays = "rays" in rays,
             /// Light propagation volumes: light that travels from cell to cell of a coarse grid.
             Lpv = "lpv" in lpv,

@@ -63,12 +63,13 @@ fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
     let grid = Grid::place(desc.bounds, desc.settings).ok();
     let items = grid.map_or(0.0, |grid| expected_items(desc.scene, &trees.world_from_instance, &grid));
     // A sixteenth to spare, for twins and for walls that stand in planes between voxels.
-    let items = ((items * 17.0 / 16.0) as u32).max(1 << 16);
-    let list = ListCapacity { items, cells: 1 << 15, boxes: grid.map_or(0, |grid| grid.boxes) };
+    let room = ((items * 17.0 / 16.0) as u32).max(1 << 16);
+    let list = ListCapacity { items: room, cells: 1 << 15, boxes: grid.map_or(0, |grid| grid.boxes) };
     let lists = vec![list; 1 + wants.grids.len()];
     let (width, height) = desc.size;
     let samples = width.saturating_mul(height).saturating_mul(desc.settings.image.samples);
-    Counts::of(desc.scene, lamps.count(desc.settings.lights.lamp_points), tree, lists, samples)
+    let lamps = lamps.count(desc.settings.lights.lamp_points);
+    Counts { expected_items: items as u32, ..Counts::of(desc.scene, lamps, tree, lists, samples) }
 }
 
 pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Result<GroundDesc> {
@@ -133,10 +134,10 @@ pub(super) fn image_pass_desc<'a>(desc: &FrameDesc<'a>, method: &dyn Gi, counts:
     }
 }
 
-/// Whether asking for light takes longer than lighting everything: the image has more than an eighth as many pixels and rays as there is
-/// room for list items (`docs/costs.md` has the measurements).
+/// Whether asking for light takes longer than lighting everything: the image has more than an eighth as many pixels and rays as the
+/// lists are expected to hold items (`docs/costs.md` has the measurements).
 fn sees_most(desc: &FrameDesc, counts: &Counts) -> bool {
     let (width, height) = desc.size;
     let rays = shape(desc).gathered_pixels() * u64::from(desc.settings.of.rays.diffuse);
-    8 * (rays + u64::from(width) * u64::from(height)) > u64::from(counts.lists[0].items)
+    8 * (rays + u64::from(width) * u64::from(height)) > u64::from(counts.expected_items)
 }

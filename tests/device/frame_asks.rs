@@ -128,6 +128,7 @@ fn a_plain_box_has_the_passes_of_a_plain_box() {
         "voxelise",
         "cells",
         "alike",
+        "ask",
         "split",
         "shade 1",
         "shade 2",

@@ -143,6 +143,7 @@ fn one_of_the_triangles_that_are_alike_is_lit_for_all() {
     let scene = crumbs();
     let settings = Settings { voxels: EDGE, ..Settings::fast() };
     let mut studio = Studio::new(&scene, &settings);
+    studio.renderer.change(settings, (96, 96)).expect("it fits"); // an image for which everything is lit
     studio.volumes(&scene.pose(None, 0.0));
     let (context, ground) = (&studio.context, studio.renderer.ground());
     let lists_of_all = ground.base();
@@ -230,6 +231,7 @@ fn alike_triangles_in_the_same_light_send_the_same() {
     let [each, alike] = [Settings::cones(), Settings::fast()].map(|settings| {
         let settings = gpu::with(settings, &["voxels=16", "bounces=1", "lights.shadow_rays=1"]);
         let mut studio = Studio::new(&scene, &settings);
+        studio.renderer.change(settings, (96, 96)).expect("it fits"); // an image for which everything is lit
         studio.image(&pose);
         sent(&studio)
     });

@@ -30,12 +30,12 @@ pub const PASS_UNITS: &[(&str, PassUnit)] = &[("shade", PassUnit::WalkedItems)];
 pub struct Lighting {
     light: PerBounce<Light>,
     /// Asks for the light that the second bounce reads, where light is made on demand.
-    asks: Option<Compute>,
+    asks: Option<Light>,
     feedback: Option<Feedback>,
     constants: [Constant; 4],
 }
 
-/// The pass that lights the items.
+/// A pass that lights the items, or asks for what they gather.
 struct Light {
     pipeline: Compute,
     label: &'static str,
@@ -97,7 +97,8 @@ impl Gi for Lighting {
         };
         let asks = || {
             let constants = with(second.clone(), &[("DIRECT", DIRECT_READ.into())]);
-            compute("ask 2", "gi/rays/light.comp LOOK_UP ASKS", &constants)
+let pipeline = compute("ask 2", "gi/rays/light.comp LOOK_UP ASKS", &constants)?;
+            Ok(Light { pipeline, label: "ask 2", bounce: 1 })
         };
         let feedback = || {
             Ok(Feedback {
@@ -185,15 +186,15 @@ impl Lighting {
         }
     }
 
-    /// A thread per item that the bounce (0 or 1) lights. `written`: the light of items.
-    fn over_items(&self, r: &mut Recorder, ground: &Ground, pipeline: &Compute, bounce: usize, written: &Buffer) {
+    /// A thread per item that the pass `light` goes through. `written`: the light of items.
+    fn over_items(&self, r: &mut Recorder, ground: &Ground, light: &Light, written: &Buffer) {
         let lists = ground.base();
-        let all = bounce == 0 || self.feedback.is_some();
+        let all = light.bounce == 0 || self.feedback.is_some();
         let (listed, entry) = if all { (&lists.lit_items, LIT_COUNTS) } else { (&lists.second_items, SECOND_COUNTS) };
         let mut binds = ground.item_binds(listed, written);
         binds.extend(self.gathered(ground));
         binds.extend(lists.ask_binds());
-        lists.cells.light_items(r, pipeline, binds, entry);
+        lists.cells.light_items(r, &light.pipeline, binds, entry);
     }
 
     /// Lights the items of the lists. Reads: lists, triangles, materials, lights, lamps, kept direct light, the light of the bounce
@@ -205,7 +206,7 @@ impl Lighting {
             // With feedback the second pass reads a copy of what the first one wrote.
             let is_read_next = self.feedback.is_none() && self.light.second.is_some() && pass.bounce == 0;
             let written = if is_read_next { &lists.seen_lights } else { &lists.item_lights };
-            self.over_items(r, ground, &pass.pipeline, pass.bounce, written);
+            self.over_items(r, ground, pass, written);
             if let Some(feedback) = &self.feedback {
                 feedback.hand_over(r, ground);
             }
@@ -222,9 +223,9 @@ impl OnDemand for Lighting {
     fn light_asked(&self, r: &mut Recorder, ground: &Ground) {
         if let Some(asks) = &self.asks {
             ground.split(r, SECOND_COUNTS);
-            r.zone("ask 2", ZoneKind::Compute, 0, |r| {
+            r.zone(asks.label, ZoneKind::Compute, 0, |r| {
                 r.full_barrier(); // twins were listed
-                self.over_items(r, ground, asks, 1, &ground.base().item_lights);
+                self.over_items(r, ground, asks, &ground.base().item_lights);
             });
         }
         self.light_listed(r, ground);

@@ -117,6 +117,7 @@ pub fn constants(settings: &Settings, features: Features) -> Vec<Constant> {
         ("SHADOW_RAYS", settings.lights.shadow_rays.into()),
         ("DIRECT", DIRECT_FOUND.into()),
         ("LIT", LIT_EACH.into()),
+        ("DEMAND", 0u32.into()),
         ("LISTED", LIT_COUNTS.into()),
         ("BOXES", 0u32.into()),
         ("BLENDED", 0u32.into()),

@@ -87,7 +87,7 @@ pub trait Gi: Send {
     /// Records the passes from this frame's lists to its light.
     fn update(&self, recorder: &mut Recorder, ground: &Ground, update: &Update);
 
-    /// What lights items on demand; `None` where `update` lights all.
+    /// The method, where it lights items on demand; `None` where `update` lights all.
     fn on_demand(&self) -> Option<&dyn OnDemand> {
         None
     }

@@ -126,7 +126,7 @@ impl Lists {
         Ok(())
     }
 
-    /// What passes that ask for the light of items write beside the counts.
+    /// Bindings of passes that ask for the light of items, beside the counts.
     pub fn ask_binds(&self) -> [Bind<'_>; 3] {
         [
             Bind::buffer("asked_items", &self.asked_items),

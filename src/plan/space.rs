@@ -50,7 +50,7 @@ const LADDERS: &[(&str, &[&str], Use)] = &[
     ("lights.lamp_points", &["1", "2", "4", "8", "16", "32"], LAMPS),
     ("lights.voxel_lamp_points", &["1", "2", "4", "8", "16"], LIT_LAMPS),
     ("rays.diffuse", &["2", "4", "6", "9", "14", "22", "32", "44"], INDIRECT),
-    ("rays.bounce", &["1", "2", "3", "8"], INDIRECT),
+    ("rays.bounce", &["1", "2", "3", "4", "8"], INDIRECT),
     ("rays.glossy", &["2", "4", "8", "16", "32"], LOBES),
     ("cones.set", &["g1", "g2", "g4", "g6", "g8", "g12", "g16", "g24"], INDIRECT),
     ("cones.step", &["2.0", "1.0"], ALWAYS),

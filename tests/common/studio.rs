@@ -1,12 +1,13 @@
 //! A lit room in which a box can be moved about, and a renderer that is kept from frame to frame. Every test file uses a part.
 #![allow(dead_code)]
 
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 use twobounce::layers::Aov;
 use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::{LightKind, Material, Mesh, Pose, Scene, View};
+use twobounce::scene::{LightKind, LoadOptions, Material, Mesh, Pose, Scene, View};
 use twobounce::settings::Settings;
 use twobounce::vk::Context;
 
@@ -35,6 +36,20 @@ pub fn pose(scene: &Scene, at: DVec3) -> Pose {
     let mut pose = scene.pose(None, 0.0);
     *pose.world_from_instance.last_mut().expect("a box") = DAffine3::from_translation(at);
     pose
+}
+
+/// The room as it is, with its box moved, and with its light moved too.
+pub fn moved_poses(scene: &Scene) -> [Pose; 3] {
+    let (here, there) = (pose(scene, DVec3::new(1.0, 1.0, 1.0)), pose(scene, DVec3::new(5.0, 4.0, 3.0)));
+    let mut lit = there.clone();
+    lit.lights[0].position += DVec3::new(1.0, 0.0, -1.0);
+    [here, there, lit]
+}
+
+/// A scene of `assets/`.
+pub fn asset(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets").join(name);
+    Scene::load(&path, &LoadOptions::default()).expect("it loads")
 }
 
 /// Half-floats of volumes: by volume, face and level.

@@ -3,12 +3,11 @@
 
 use crate::gpu;
 use crate::kinds;
-
-use std::path::Path;
+use crate::studio::asset;
 
 use twobounce::profile::audit::{Audit, PLACEHOLDER};
 use twobounce::renderer::RenderOptions;
-use twobounce::scene::{LoadOptions, Scene, Still, View};
+use twobounce::scene::{Scene, Still, View};
 use twobounce::settings::{PRESETS, Settings};
 
 fn audit(scene: &Scene, settings: &Settings) -> Audit {
@@ -21,11 +20,6 @@ fn audit(scene: &Scene, settings: &Settings) -> Audit {
     audit
 }
 
-fn load(name: &str) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets").join(name);
-    Scene::load(&path, &LoadOptions::default()).unwrap()
-}
-
 fn settings(preset: &str, changes: &[&str]) -> Settings {
     let mut settings = Settings::preset(preset).unwrap();
     ["voxels=16"].iter().chain(changes).for_each(|change| settings.set(change).unwrap());
@@ -34,7 +28,7 @@ fn settings(preset: &str, changes: &[&str]) -> Settings {
 
 #[test]
 fn nothing_runs_or_is_taken_that_nothing_asks_for() {
-    let scene = load("cornell-point.glb");
+    let scene = asset("cornell-point.glb");
     let presets = PRESETS.iter().map(|preset| (preset.name, vec![]));
     let others =
         [("fast", vec!["method=none"]), ("fast", vec!["bounces=1"]), ("fast", vec!["bounces=all", "rays.passes=0"])];
@@ -73,7 +67,7 @@ fn what_a_scene_has_adds_what_it_asks_for() {
     };
     // None where there is no such resource.
     let bytes = |audit: &Audit, name: &str| audit.resources.iter().find(|other| other.name == name).map(|r| r.bytes);
-    let plain = load("cornell-point.glb");
+    let plain = asset("cornell-point.glb");
     let before = audit(&plain, &settings("fast", &[]));
     for scene in kinds::kinds(&plain) {
         let audit = audit(&scene, &settings("fast", &[]));
@@ -105,21 +99,21 @@ fn what_a_scene_has_adds_what_it_asks_for() {
 /// Skins and morph targets: their pass, and nothing that no pass uses.
 #[test]
 fn a_scene_that_deforms_has_one_pass_more() {
-    let demo = load("demo.glb");
+    let demo = asset("demo.glb");
     for preset in ["fast", "photons"] {
         let audit = audit(&demo, &settings(preset, &[]));
         let superfluous = audit.superfluous();
         assert!(superfluous.is_empty(), "{preset}: {superfluous:?}");
         assert_eq!(audit.passes.iter().filter(|pass| pass.name == "deform").count(), 1, "{preset}");
     }
-    let still = audit(&load("cornell-point.glb"), &settings("fast", &[]));
+    let still = audit(&asset("cornell-point.glb"), &settings("fast", &[]));
     assert!(still.passes.iter().all(|pass| pass.name != "deform"));
 }
 
 /// A scene without lamps, skins, blending and sky has nothing of theirs.
 #[test]
 fn a_plain_box_has_the_passes_of_a_plain_box() {
-    let plain = audit(&load("cornell-point.glb"), &settings("fast", &[]));
+    let plain = audit(&asset("cornell-point.glb"), &settings("fast", &[]));
     let names: Vec<&str> = plain.passes.iter().map(|pass| pass.name).collect();
     let expected = [
         "reset",
@@ -150,11 +144,11 @@ fn a_plain_box_has_the_passes_of_a_plain_box() {
         assert!(bytes(name) <= PLACEHOLDER, "{name}: {} bytes", bytes(name));
     }
     // Direct light alone needs the triangles, their tree and the image.
-    let direct = audit(&load("cornell-point.glb"), &settings("fast", &["method=none"]));
+    let direct = audit(&asset("cornell-point.glb"), &settings("fast", &["method=none"]));
     let names: Vec<&str> = direct.passes.iter().map(|pass| pass.name).collect();
     assert_eq!(names, ["reset", "record", "tree", "visibility", "image"]);
     let dark = audit(
-        &load("cornell-point.glb"),
+        &asset("cornell-point.glb"),
         &settings("fast", &["method=none", "lights.shadows=none", "lights.lamps=gathered"]),
     );
     assert!(dark.passes.iter().all(|pass| pass.name != "tree"), "{:?}", dark.passes);

@@ -3,14 +3,13 @@
 use crate::gpu;
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
-use crate::studio::{Studio, pose, room};
+use crate::studio::{Studio, asset, moved_poses, room};
 use glam::DVec3;
 use twobounce::gi::rays::inspect::{Inspect, Inspected};
 use twobounce::ground::layout::{Globals, ItemLight, ItemPart, ListItem};
 use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::{Bounds, LoadOptions, Scene, View};
+use twobounce::scene::{Bounds, Scene, View};
 use twobounce::settings::Settings;
 use twobounce::vk::download;
 
@@ -53,7 +52,7 @@ fn lit(scene: &Scene, settings: &Settings, size: (u32, u32)) -> BTreeMap<ItemKey
 
 #[test]
 fn items_that_are_asked_for_have_the_light_that_they_have_where_all_are_lit() {
-    for (scene, bounces) in [(gallery(), "bounces=2"), (room(), "bounces=1")] {
+    for (scene, bounces) in [(asset("gallery.glb"), "bounces=2"), (room(), "bounces=1")] {
         let settings = gpu::with(Settings::fast(), &["voxels=64", bounces]);
         let (asked, all) = (lit(&scene, &settings, (16, 12)), lit(&scene, &settings, (192, 144)));
         assert!(asked.len() > 100 && asked.len() * 3 < all.len(), "{} of {} are lit", asked.len(), all.len());
@@ -62,15 +61,10 @@ fn items_that_are_asked_for_have_the_light_that_they_have_where_all_are_lit() {
     }
 }
 
-fn gallery() -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/gallery.glb");
-    Scene::load(&path, &LoadOptions::default()).expect("it loads")
-}
-
 /// Items that nobody asked for are dark: an image that read one would change once it is lit.
 #[test]
 fn an_image_stays_once_everything_is_lit() {
-    let scene = gallery();
+    let scene = asset("gallery.glb");
     let posed = scene.pose(None, 0.0);
     let settings = gpu::with(Settings::fast(), &["voxels=64"]);
     let mut studio = Studio::new(&scene, &settings);
@@ -87,9 +81,7 @@ fn an_image_stays_once_everything_is_lit() {
 #[test]
 fn frames_that_light_what_comes_into_view_are_those_that_start_anew() {
     let scene = room();
-    let (here, there) = (pose(&scene, DVec3::new(1.0, 1.0, 1.0)), pose(&scene, DVec3::new(5.0, 4.0, 3.0)));
-    let mut moved = there.clone();
-    moved.lights[0].position += DVec3::new(1.0, 0.0, -1.0);
+    let [here, there, moved] = moved_poses(&scene);
     let settings = gpu::with(Settings::fast(), &["voxels=64"]);
     let mut kept = Studio::new(&scene, &settings);
     let first_view = within(scene.bounds(None));

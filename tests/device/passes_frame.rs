@@ -2,10 +2,10 @@
 //! and what the pipelines' SPIR-V states; nothing here is declared by the passes themselves.
 
 use crate::gpu;
+use crate::studio::asset;
 
 use std::path::Path;
 
-use twobounce::scene::{LoadOptions, Scene};
 use twobounce::settings::{Bounces, Settings};
 use twobounce::vk::{CallLog, DrawLog, FrameLog, Stage, ZoneLog};
 
@@ -60,8 +60,7 @@ const TALK: [Pass; 12] = [
 ];
 
 fn frame(settings: &Settings) -> FrameLog {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/cornell-point.glb");
-    let scene = Scene::load(&path, &LoadOptions::default()).expect("the Cornell box");
+    let scene = asset("cornell-point.glb");
     gpu::render(&gpu::context(), &scene, settings, 32).log().expect("the log is kept").clone()
 }
 

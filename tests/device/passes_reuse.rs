@@ -2,7 +2,7 @@
 
 use crate::gpu;
 
-use crate::studio::{Studio, pose, room};
+use crate::studio::{Studio, moved_poses, pose, room};
 use glam::DVec3;
 use twobounce::scene::View;
 use twobounce::settings::Settings;
@@ -20,9 +20,7 @@ fn does(passes: &[&str], some: &[&str]) -> bool {
 #[test]
 fn frames_that_keep_what_holds_are_those_that_start_anew() {
     let scene = room();
-    let (here, there) = (pose(&scene, DVec3::new(1.0, 1.0, 1.0)), pose(&scene, DVec3::new(5.0, 4.0, 3.0)));
-    let mut lit = there.clone();
-    lit.lights[0].position += DVec3::new(1.0, 0.0, -1.0);
+    let [here, there, lit] = moved_poses(&scene);
     for base in [Settings::fast(), Settings::corrected(), Settings::printed()] {
         // The talk's jitter would be another one in each frame.
         let base = gpu::with(base, &["voxels=16", "cones.shadow_jitter=false"]);

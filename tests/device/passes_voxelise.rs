@@ -3,6 +3,7 @@
 //! and what it would rasterise is held against a twin.
 
 use crate::gpu;
+use crate::studio::asset;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
@@ -152,8 +153,7 @@ fn dilated_triangles_are_listed_where_their_twin_lists_them() {
 /// The ledger's row says how much longer the lists of a scene are that has triangles smaller than a voxel.
 #[test]
 fn the_gallerys_dilated_lists_are_twice_as_long() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/gallery.glb");
-    let (context, scene) = (gpu::context(), Scene::load(&path, &LoadOptions::default()).expect("the gallery"));
+    let (context, scene) = (gpu::context(), asset("gallery.glb"));
     let listed = |form| gpu::listed_pairs(&context, &gpu::render(&context, &scene, &gpu::with(cells(32), &[form]), 16));
     let [exact, dilated] = ["cones.ledger.d30=right", "cones.ledger.d30=printed"].map(listed);
     let held: BTreeSet<_> = dilated.iter().collect();

@@ -1,8 +1,7 @@
 //! The method `photons` as a whole: furnaces, feedback, and the error that falls as cones get more.
 
 use crate::gpu;
-
-use std::path::Path;
+use crate::studio::asset;
 
 use crate::traced::film;
 use glam::{DAffine3, Vec3};
@@ -110,8 +109,7 @@ fn truth(scene: &Scene, view: &View) -> Layers {
 
 #[test]
 fn the_error_falls_as_cones_get_more() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/cornell-point.glb");
-    let scene = Scene::load(&path, &Default::default()).expect("a scene");
+    let scene = asset("cornell-point.glb");
     let (pose, context) = (scene.pose(None, 0.0), gpu::context());
     let view = scene.view(&pose, 0);
     let truth = truth(&scene, &view);

@@ -3,9 +3,9 @@
 //! Every triangle lies within the grid. Rays end where it does, and promise nothing about what sticks out of it.
 
 use crate::gpu;
+use crate::studio::asset;
 mod oracle;
 
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -16,7 +16,7 @@ use oracle::{Facet, Found, Oracle, Ray, Tally};
 use rayon::prelude::*;
 use twobounce::ground::constants::{Features, constants};
 use twobounce::renderer::Renderer;
-use twobounce::scene::{Alpha, Image, LoadOptions, Material, Mesh, Mip, Scene, Texture, TextureRef, Wrap};
+use twobounce::scene::{Alpha, Image, Material, Mesh, Mip, Scene, Texture, TextureRef, Wrap};
 use twobounce::settings::{Bounces, Settings};
 use twobounce::vk::*;
 
@@ -149,8 +149,7 @@ fn voxels(edge: u32) -> Settings {
 
 #[test]
 fn rays_in_the_gallery() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/gallery.glb");
-    let scene = Scene::load(&path, &LoadOptions::default()).expect("the gallery");
+    let scene = asset("gallery.glb");
     // Fewer rays: it has more triangles. More of them are undecided: small triangles are seen from far, some twice.
     compare(&scene, &voxels(64), 20_000, 0.012);
 }

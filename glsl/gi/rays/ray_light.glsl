@@ -100,7 +100,7 @@ vec3 even_radiance(uint item, uint side, uint mirrors) {
     return side == 1u ? seen_lights[item].back : seen_lights[item].front;
 }
 
-// And that which its specular lobe sends back along unit d from what was met.
+// Stored radiance that the specular lobe of a lit item sends back along unit d from what was met.
 vec3 lobe_radiance(uint item, Met met, vec3 d) {
     if (!feature(FEATURE_SPECULAR)) {
         return vec3(0.0);
@@ -140,10 +140,10 @@ uint continued_in(Box box, ivec3 voxel, uint material, uint facing) {
     return continues ? item : UNLIT;
 }
 
-// The same of what mirrors and glass show to the eye. What is sent evenly is interpolated linearly between the middles
-// of voxels along the surface, where it goes on in those beside and nothing else is listed there: else single voxels
-// would show, and the noise of the few directions along which each item gathers. `width`: of the ray there, voxels; a
-// wide one shows no single voxel.
+// Stored radiance that mirrors and glass show of what was met. The even part is interpolated linearly between the
+// middles of voxels along the surface, where it goes on in those beside and nothing else is listed there: else single
+// voxels would show, and the noise of the few directions along which each item gathers. `width`: of the ray there,
+// voxels; a wide one shows no single voxel.
 vec3 shown_radiance(Met met, vec3 d, uint mirrors, float width) {
     uint item = met.any && mirrors <= BOUNCES ? lit_for(met) : UNLIT;
     uint own = item == UNLIT ? 0u : item;

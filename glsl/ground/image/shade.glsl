@@ -13,12 +13,6 @@
 #include "ground/image/seen.glsl"
 #include "ground/image/gathered.glsl"
 
-#ifdef ASKS
-const bool ASKS_ONLY = true;
-#else
-const bool ASKS_ONLY = false;
-#endif
-
 // Radiance, premultiplied by opacity, and the further layers.
 struct Shown {
     vec4 beauty;
@@ -91,13 +85,15 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
     if (feature(FEATURE_CLEARCOAT)) {
         direct *= 1.0 - viewed.lobes.coat;
     }
-    if (lit && !ASKS_ONLY) {
+#ifndef ASKS
+    if (lit) {
         direct += lights_directly(s, a, pixel, covered, viewed.lobes.diffuse);
         // With a coat twice: what lies under it, and itself.
         for (uint layer = 0u; layer < (FINDS_LAMPS ? 0u : feature(FEATURE_CLEARCOAT) ? 2u : 1u); layer++) {
             direct += lamps_along_rays(layer == 0u ? s : coat_of(s), layer == 0u ? viewed : coat_viewed(viewed));
         }
     }
+#endif
 #ifdef GATHERED
     Gathered gathered = gathered_nearby(pixel, s.position, s.normal);
 #else
@@ -111,9 +107,9 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
     uint far = lit && sends_through(s) ? 1u : 0u;
     for (uint i = 0u; i < near + far; i++) {
         LampLight lamps = LampLight(vec3(0.0), vec3(0.0));
-        if (!ASKS_ONLY) {
-            lamps = lamp_light(i < near ? s : far_side(s), view);
-        }
+#ifndef ASKS
+        lamps = lamp_light(i < near ? s : far_side(s), view);
+#endif
         if (i < near) {
             gathered.lamps = lamps;
         } else {

@@ -93,12 +93,13 @@ impl Gi for Lighting {
             let label = ["shade 1", "shade 2"][bounce];
             let shader = if gathers { "gi/rays/light.comp LOOK_UP" } else { "gi/rays/light.comp" };
             let items = if bounce == 1 { &second } else { &items };
-            Ok(Light { pipeline: compute(label, shader, &with(items.clone(), &[("DIRECT", direct.into())]))?, label, bounce })
+            let constants = with(items.clone(), &[("DIRECT", direct.into())]);
+            Ok(Light { pipeline: compute(label, shader, &constants)?, label, bounce })
         };
         let asks = || {
             let constants = with(second.clone(), &[("DIRECT", DIRECT_READ.into())]);
-let pipeline = compute("ask 2", "gi/rays/light.comp LOOK_UP ASKS", &constants)?;
-            Ok(Light { pipeline, label: "ask 2", bounce: 1 })
+            let label = "ask 2";
+            Ok(Light { pipeline: compute(label, "gi/rays/light.comp LOOK_UP ASKS", &constants)?, label, bounce: 1 })
         };
         let feedback = || {
             Ok(Feedback {
@@ -116,14 +117,14 @@ let pipeline = compute("ask 2", "gi/rays/light.comp LOOK_UP ASKS", &constants)?;
     }
 
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
-        if self.on_demand().is_some() {
+        let Some(feedback) = &self.feedback else {
             let asked = &ground.base().asked_items;
             r.full_barrier(); // the frame before asked
             r.fill(asked, 0, asked.bytes(), 0);
             return;
-        }
-        match (&self.feedback, &self.light.again) {
-            (Some(feedback), Some(again)) if update.history => {
+        };
+        match &self.light.again {
+            Some(again) if update.history => {
                 // Everything is lit directly and by what it saw before;
                 if update.lists {
                     feedback.carry(r, ground);
@@ -133,11 +134,11 @@ let pipeline = compute("ask 2", "gi/rays/light.comp LOOK_UP ASKS", &constants)?;
             // or directly alone.
             _ => self.light(r, ground, &self.light.first),
         }
-        // Then once more; with feedback only where lists are new: what was not in its voxel before has been dark until now.
-        if let Some(second) = self.light.second.as_ref().filter(|_| self.feedback.is_none() || update.lists) {
+        // Then once more where lists are new: what was not in its voxel before has been dark until now.
+        if let Some(second) = self.light.second.as_ref().filter(|_| update.lists) {
             self.light(r, ground, second);
         }
-        if let Some(feedback) = self.feedback.as_ref().filter(|_| update.measured) {
+        if update.measured {
             feedback.sum(r, ground);
         }
     }

@@ -62,7 +62,7 @@ impl Blended {
             ..Default::default()
         };
         let sorter = ComputeDesc { label: "blended", shader: "ground/image/blended.comp", constants: &desc.constants };
-        let pass = desc.pair(context, "image blended", shader)?;
+        let pass = desc.light_reader(context, "image blended", shader)?;
         let buffer = |label: &str, bytes| Buffer::new(context, label, bytes, BufferKind::Device);
         let (samples, list) = lists(context, capacity)?;
         Ok(Self {

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::target::{COLOR_FORMAT, ImageShape};
-use super::{BandFrame, Pair};
+use super::{BandFrame, LightReader};
 use crate::Result;
 use crate::ground::MOST_GROUPS;
 use crate::ground::layout::ListCount;
@@ -94,7 +94,7 @@ fn shaded_size(capacity: u64) -> (u32, u32) {
 pub struct FragmentShading {
     label: &'static str,
     shaded: Vec<Image>,
-    pass: Pair,
+    pass: LightReader,
 }
 
 impl FragmentShading {
@@ -102,7 +102,13 @@ impl FragmentShading {
     ///
     /// # Errors
     /// Too little memory, or a lost device.
-    pub fn new(context: &Arc<Context>, pass: Pair, label: &'static str, outputs: usize, capacity: u64) -> Result<Self> {
+    pub fn new(
+        context: &Arc<Context>,
+        pass: LightReader,
+        label: &'static str,
+        outputs: usize,
+        capacity: u64,
+    ) -> Result<Self> {
         let shaded = shaded(context, label, outputs, capacity)?;
         Ok(Self { label, shaded, pass })
     }
@@ -121,7 +127,7 @@ impl FragmentShading {
         let mut binds = binds.to_vec();
         binds.push(Bind::buffer("fragment_count", list));
         binds.push(Bind::storage_images("shaded", self.shaded()));
-        let pass = self.pass.of(of.light);
+        let pass = self.pass.for_use(of.light);
         r.dispatch_indirect(pass, &pass.select(&binds), &of.push(), list.at(0));
         r.full_barrier();
     }

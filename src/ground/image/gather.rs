@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::target::ImageShape;
-use super::{BandFrame, ImagePassDesc, LightUse, Pair};
+use super::{BandFrame, ImagePassDesc, LightReader, LightUse};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::layout::{GatherPush, RowsPush, SharePush};
@@ -115,7 +115,7 @@ pub struct Gather {
     lights: Vec<Image>,
     /// What neighbours share; the image reads this.
     shared: Vec<Image>,
-    gather: Pair,
+    gather: LightReader,
     share: Compute,
 }
 
@@ -131,7 +131,7 @@ impl Gather {
         };
         let lights = of.lights();
         let shader = format!("ground/image/gather.comp {method}");
-        let gather = desc.pair(context, "gather", &shader)?;
+        let gather = desc.light_reader(context, "gather", &shader)?;
         let shader = if of.lobes { "ground/image/share.comp LOBES" } else { "ground/image/share.comp" };
         let share = ComputeDesc { label: "share", shader, constants };
         Ok(Self {
@@ -158,7 +158,7 @@ impl Gather {
         // An image that is declared but never written must be given something.
         let lights = self.lights.iter().chain(std::iter::repeat(&self.lights[0])).zip(LIGHTS);
         binds.extend(lights.map(|(image, [name, ..])| Bind::storage_image(name, image.view())));
-        let pass = self.gather.of(of.light);
+        let pass = self.gather.for_use(of.light);
         let binds = pass.select(&binds);
         r.in_parts(rows.count.div_ceil(TILE), 1, |r, part| {
             let (first, end) = (part.start * TILE, (part.end * TILE).min(rows.count));

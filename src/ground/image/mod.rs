@@ -66,21 +66,21 @@ pub struct ImagePassDesc<'a> {
 
 impl ImagePassDesc<'_> {
     /// A shader, and its form that asks.
-    fn pair(&self, context: &Arc<Context>, label: &'static str, shader: &str) -> Result<Pair> {
+    fn light_reader(&self, context: &Arc<Context>, label: &'static str, shader: &str) -> Result<LightReader> {
         let pass = |shader: &str| Compute::new(context, &ComputeDesc { label, shader, constants: &self.constants });
-        Ok(Pair { reads: pass(shader)?, asks: self.asks.then(|| pass(&format!("{shader} ASKS"))).transpose()? })
+        Ok(LightReader { reads: pass(shader)?, asks: self.asks.then(|| pass(&format!("{shader} ASKS"))).transpose()? })
     }
 }
 
 /// A shader that reads the light of list items, and its form that asks for it, where light is made on demand.
-pub struct Pair {
+pub struct LightReader {
     reads: Compute,
     asks: Option<Compute>,
 }
 
-impl Pair {
-    fn of(&self, use_of: LightUse) -> &Compute {
-        match (use_of, &self.asks) {
+impl LightReader {
+    fn for_use(&self, light: LightUse) -> &Compute {
+        match (light, &self.asks) {
             (LightUse::Asks, Some(asks)) => asks,
             _ => &self.reads,
         }
@@ -114,7 +114,7 @@ impl ImagePass {
                 Opaque::Drawn(Drawn::new(context, desc, shape)?)
             } else {
                 let shader = image(shape.gathers.is_some());
-                let pass = desc.pair(context, "image", &shader)?;
+                let pass = desc.light_reader(context, "image", &shader)?;
                 Opaque::Listed(FragmentShading::new(context, pass, "shaded fragments", shape.outputs, samples)?)
             },
             // Diffuse light was gathered for what lies behind, not for these.

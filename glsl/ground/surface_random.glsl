@@ -1,13 +1,13 @@
-// Random numbers of places: others in every pass whose mean is taken, so that the mean converges. A shader that lights
-// list items defines LIGHTS_ITEMS before this file: its passes are those over the voxels, all others' are those over
-// the image.
+// Random numbers of the surface that an invocation lights: others in every pass whose mean is taken, so that the mean
+// converges. A shader that lights list items defines LIGHTS_ITEMS before this file: its passes are those over the
+// voxels, all others' are those over the image.
 
 #include "common/jitter.glsl"
 #include "ground/bindings.glsl"
 
-uvec4 place_seed(vec3 position) {
-    return uvec4(floatBitsToUint(position), 0u);
-}
+// An invocation sets this before it lights a surface. Integers, because drivers round positions differently: of an item
+// its voxel, of an image its pixel, and the number of the triangle in the scene.
+uvec4 random_seed = uvec4(0u);
 
 // The R2 sequence over passes (Roberts, 2018); 0 in the first. A pass over the voxels gathers what passes before it
 // left: with the same step from each to the next, what light meets would depend on where it was sent before. So every
@@ -22,7 +22,6 @@ vec2 pass_shift() {
 #endif
 }
 
-vec2 place_random(vec3 position) {
-    uvec4 seed = place_seed(position);
-    return fract(vec2(jitter_hash(seed), jitter_hash(seed.wzyx ^ 0x9e3779b9u)) + pass_shift());
+vec2 surface_random() {
+    return fract(vec2(jitter_hash(random_seed), jitter_hash(random_seed.wzyx ^ 0x9e3779b9u)) + pass_shift());
 }

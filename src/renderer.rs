@@ -45,6 +45,8 @@ pub struct RenderOptions {
     /// Layers beside the image.
     pub aovs: Vec<Aov>,
     pub submit: Submit,
+    /// Time each level of mips and each step of propagation.
+    pub steps: bool,
     /// Bytes; the device's own budget where absent.
     pub memory_limit: Option<u64>,
     /// Of the scene over the whole animation: where the grid stands.
@@ -58,7 +60,16 @@ pub struct RenderOptions {
 impl RenderOptions {
     /// The image alone, in short submissions and within the budget.
     pub fn new(size: (u32, u32), bounds: Bounds) -> Self {
-        Self { size, aovs: vec![], submit: Submit::Short, memory_limit: None, bounds, watch: None, responsive: false }
+        Self {
+            size,
+            aovs: vec![],
+            submit: Submit::Short,
+            steps: false,
+            memory_limit: None,
+            bounds,
+            watch: None,
+            responsive: false,
+        }
     }
 }
 
@@ -237,7 +248,8 @@ impl Renderer {
         image: Option<u32>,
         lists_alone: bool,
     ) -> Result<(ZoneTimings, FrameLog)> {
-        let options = RecorderOptions { per_pass: self.options.submit == Submit::PerPass, log: self.log.is_some() };
+        let RenderOptions { submit, steps, .. } = self.options;
+        let options = RecorderOptions { per_pass: submit == Submit::PerPass, steps, log: self.log.is_some() };
         let mut recorder = Recorder::new(&self.context, options)?;
         // A log tells of a frame as a host records it: whole.
         if self.options.submit == Submit::Short && self.log.is_none() {

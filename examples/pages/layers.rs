@@ -123,7 +123,8 @@ pub fn measure(
         let mut measured = Measured { pass: pass.name, times: pass.times(), rounds: Vec::new() };
         for round in 0..=rounds {
             let times = forms.iter().zip(&volumes).map(|(form, volume)| {
-                let mut recorder = Recorder::new(context, RecorderOptions { per_pass: true, log: false })?;
+                let mut recorder =
+                    Recorder::new(context, RecorderOptions { per_pass: true, ..RecorderOptions::default() })?;
                 pass.record(&mut recorder, form, &frame.ground, volume, &look_up);
                 Ok(recorder.finish()?.zones.remove(0))
             });

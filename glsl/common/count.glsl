@@ -20,7 +20,9 @@ const uint SCENE_VERTICES = 12u;
 const uint LAMP_RECORDS = 13u; // pieces of sampled lamps
 const uint WORDS = 14u; // whatever has no kind of its own
 const uint RAYS_CUT = 15u; // by the driver, before they were over
-const uint KINDS = 16u;
+const uint RAYS_BEGUN = 16u; // in a tree of triangles
+const uint INVOCATIONS = 17u; // threads, vertices or fragments
+const uint KINDS = 18u;
 
 buffer Counts { uint counted[]; }; // per kind: low word, high word
 
@@ -55,6 +57,7 @@ void main() {
         for (uint kind = 0u; kind < KINDS; kind++) {
             tally[kind] = 0u;
         }
+        tally[INVOCATIONS] = 1u;
     }
     counted_main();
     COUNT_ALL();

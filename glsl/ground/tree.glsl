@@ -22,6 +22,7 @@ struct Way {
 };
 
 Way start_way(vec3 origin, vec3 d) {
+    COUNT(RAYS_BEGUN, 1u);
     Way w;
     vec3 inverse = 1.0 / mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
     w.inverse = inverse / planes_per_voxel();

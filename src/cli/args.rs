@@ -185,6 +185,9 @@ pub struct RunArgs {
     /// What is submitted to the device at once; `pass` also times each pass by the CPU's clock
     #[arg(long, default_value = "short", value_parser = submit())]
     pub submit: Submit,
+    /// Also time each level of mips and each step of propagation
+    #[arg(long)]
+    pub steps: bool,
     /// Use no more device memory than this
     #[arg(long, value_name = "SIZE", value_parser = memory_size)]
     pub memory_limit: Option<u64>,

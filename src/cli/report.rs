@@ -178,6 +178,7 @@ pub mod tests {
             wall_ms: Some(1.5),
             bytes: 64,
             counts: Vec::new(),
+            steps_ms: vec![0.5],
         };
         let timings = ZoneTimings { zones: vec![zone], gpu_ms: 1.0, wall_ms: 2.0 };
         let counters = Counters { triangles, degenerate: 1, list_items: 9, occupied_voxels: 4 };

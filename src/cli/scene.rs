@@ -247,7 +247,7 @@ impl Opened {
 
     /// The image alone, as the flags say.
     pub fn run_options(&self, run: &RunArgs) -> RenderOptions {
-        RenderOptions { submit: run.submit, ..self.options(run.memory_limit) }
+        RenderOptions { submit: run.submit, steps: run.steps, ..self.options(run.memory_limit) }
     }
 
     /// What an .exr says about how it came about: how the scene is seen, and `more`. No dates: the same command gives the same

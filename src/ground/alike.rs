@@ -32,7 +32,7 @@ impl Alike {
 
     pub fn record(&self, recorder: &mut Recorder, ground: &Ground) {
         let lists = ground.base();
-        recorder.zone("alike", ZoneKind::Compute, 0, |r| {
+        recorder.zone("alike", ZoneKind::Compute, lists.item_parts.bytes(), |r| {
             r.full_barrier(); // the voxels are listed and counted, nothing is lit yet
             let mut binds = ground.binds();
             binds.push(Bind::buffer("item_parts", &lists.item_parts));
@@ -52,7 +52,7 @@ impl Alike {
         binds.push(Bind::buffer("item_parts", &lists.item_parts));
         binds.push(Bind::buffer("lit_items", listed));
         binds.extend(lists.ask_binds());
-        recorder.zone("split", ZoneKind::Compute, 0, |r| {
+        recorder.zone("split", ZoneKind::Compute, lists.item_parts.bytes(), |r| {
             r.full_barrier(); // the list was made
             lists.cells.dispatch_chosen(r, split, binds, entry);
         });
@@ -61,7 +61,7 @@ impl Alike {
     /// Asks for the light of all items.
     pub fn ask_all(&self, recorder: &mut Recorder, ground: &Ground) {
         let (Some(ask_all), lists) = (&self.ask_all, ground.base()) else { return };
-        recorder.zone("ask", ZoneKind::Compute, 0, |r| {
+        recorder.zone("ask", ZoneKind::Compute, lists.asked_bytes(), |r| {
             r.full_barrier(); // the lists of items are empty
             let mut binds = ground.binds();
             binds.push(Bind::buffer("item_parts", &lists.item_parts));

@@ -26,7 +26,7 @@ impl EmptyCells {
     /// `known`: whether the volume holds what the frame before filled and nothing else; else all of it is emptied.
     pub fn record(&self, r: &mut Recorder, ground: &Ground, volume: &LightVolume, known: bool) {
         let lists = ground.base();
-        r.zone(["empty 1", "empty 2"][volume.bounce], ZoneKind::Compute, 0, |r| {
+        r.zone(["empty 1", "empty 2"][volume.bounce], ZoneKind::Compute, volume.bytes(0..volume.levels), |r| {
             r.full_barrier(); // the cells are listed; the volume may have been read
             if !known {
                 volume.images.iter().for_each(|image| r.clear(image));
@@ -87,7 +87,8 @@ impl FillCells {
     /// `look_up`: what the method's look-up binds.
     pub fn record(&self, recorder: &mut Recorder, ground: &Ground, target: &LightVolume, look_up: Vec<Bind<'_>>) {
         let lists = ground.base();
-        recorder.zone(self.label, ZoneKind::Compute, 0, |r| {
+        let bytes = lists.item_lights.bytes() + target.bytes(0..1);
+        recorder.zone(self.label, ZoneKind::Compute, bytes, |r| {
             r.full_barrier(); // the lists and the volume that is gathered from were written
             let mut binds = ground.item_binds(&ground.base().lit_items, &ground.base().item_lights);
             binds.extend(look_up);
@@ -117,7 +118,7 @@ impl MipCells {
     }
 
     pub fn record(&self, recorder: &mut Recorder, ground: &Ground, volume: &LightVolume) {
-        recorder.zone(volume.mips_zone(), ZoneKind::Compute, 0, |r| {
+        recorder.zone(volume.mips_zone(), ZoneKind::Compute, volume.bytes(1..volume.levels), |r| {
             for level in 1..volume.levels {
                 r.full_barrier(); // the level below was written
                 let mut binds = volume.sources(level);
@@ -125,6 +126,7 @@ impl MipCells {
                 for mips in &self.mips {
                     ground.base().cells.dispatch(r, mips, binds.clone(), level);
                 }
+                r.end_step();
             }
         });
     }

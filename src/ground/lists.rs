@@ -135,6 +135,11 @@ impl Lists {
         ]
     }
 
+    /// What a pass that asks for the light of items writes at most.
+    pub fn asked_bytes(&self) -> u64 {
+        self.asked_items.bytes() + self.lit_items.bytes() + self.second_items.bytes()
+    }
+
     /// New lists take the place of those before the last.
     pub fn swap(&mut self, wants: &Wants) {
         self.made_boxes = self.boxes;

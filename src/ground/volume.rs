@@ -1,5 +1,6 @@
 //! Volumes of light, RGBA16F with all mips: a few images over one grid of voxels. Methods differ in what the images hold.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::memory_plan::MemoryRow;
@@ -144,6 +145,12 @@ impl LightVolume {
         let (colors, edge): (Vec<_>, _) = (self.images.iter().map(color).collect(), self.edge >> level);
         let target = RenderTarget { colors: &colors, width: edge, height: edge, layers: edge, ..Default::default() };
         r.raster(&target, |pass| pass.draw(pipeline, binds, &(), DrawCall::Direct { vertices: 3, instances: edge }));
+    }
+
+    /// The bytes of those levels of its images.
+    pub fn bytes(&self, levels: Range<u32>) -> u64 {
+        let texels: u64 = self.kind.parts.iter().map(|part| u64::from(part.across).pow(2)).sum();
+        8 * texels * levels.map(|level| u64::from(self.edge >> level).pow(3)).sum::<u64>()
     }
 
     /// The name of the pass that makes its mips.

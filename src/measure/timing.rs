@@ -64,6 +64,8 @@ pub struct PassTiming {
     pub wall_ms: Option<Spread>,
     /// Bytes that the pass writes in one frame, by its own estimate.
     pub bytes: u64,
+    /// Milliseconds of device time of each level of mips, or step of propagation (median); empty unless they were timed.
+    pub steps_ms: Vec<f64>,
     /// Milliseconds of device time in each frame that ran the pass.
     #[serde(skip)]
     pub frames_gpu_ms: Vec<f64>,
@@ -189,9 +191,14 @@ impl Timings {
             frames.iter().map(|zones| zones.iter().map(|zone| ms(zone)).sum()).collect()
         };
         let frames_gpu_ms = sums(|zone| Some(zone.gpu_ms)).unwrap_or_default();
+        let steps = frames.iter().map(|zones| zones.iter().flat_map(|zone| zone.steps_ms.iter().copied()).collect());
+        let steps: Vec<Vec<f64>> = steps.collect();
+        let count = steps.iter().map(Vec::len).max().unwrap_or(0);
+        let step = |k: usize| Spread::of(steps.iter().filter_map(|steps| steps.get(k).copied())).median;
         PassTiming {
             name,
             kind,
+            steps_ms: (0..count).map(step).collect(),
             gpu_ms: Spread::of(frames_gpu_ms.iter().copied()),
             share: 0.0,
             cpu_ms: sums(|zone| zone.cpu_ms).map(Spread::of),
@@ -221,6 +228,10 @@ impl Timings {
             let cpu = pass.cpu_ms.map_or(String::new(), |cpu| ms(cpu.median));
             let more = [format!("{:.1}%", pass.share * 100.0), cpu, short_bytes(pass.bytes)];
             text += &row(pass.name, &format!("{:?}", pass.kind).to_lowercase(), pass.gpu_ms, more);
+            for (k, step) in pass.steps_ms.iter().enumerate() {
+                let cells = [&format!("  step {}", k + 1), "", &ms(*step), "", "", "", "", ""];
+                text += &line(cells.map(String::from));
+            }
         }
         let cpu_sum: Option<f64> = passes.iter().map(|row| row.cpu_ms.map(|cpu| cpu.median)).sum();
         let cpu_sum = cpu_sum.map_or(String::new(), ms);
@@ -260,6 +271,7 @@ mod tests {
             wall_ms: cpu_ms,
             bytes: 1 << 20,
             counts: vec![],
+            steps_ms: vec![],
         }
     }
 

@@ -49,6 +49,7 @@ mod tests {
             wall_ms: None,
             bytes: 64,
             counts: vec![],
+            steps_ms: vec![],
         };
         let frame = ZoneTimings { zones: vec![zone("a", 0.0, 1.0), zone("b", 1.0, 2.0)], gpu_ms: 3.0, wall_ms: 4.0 };
         let trace = chrome_trace("a device", [&frame, &frame]);

@@ -21,6 +21,8 @@ pub struct PassCost {
     pub ns_per_pixel: Option<f64>,
     /// Of the passes that trace cones, shadow cones included.
     pub ns_per_cone_step: Option<f64>,
+    /// Of the passes that trace rays, over their whole time.
+    pub rays_per_s: Option<f64>,
     /// What the pass read in an instrumented frame.
     pub counts: Counts,
     /// A model: every read counts in full. See [`Counts`].
@@ -87,6 +89,7 @@ fn cost(pass: &PassTiming, counted: &[(&'static str, Counts)], work: &Work) -> P
         ns_per_list_item: per(made || walked, if made { items } else { counts.list_items }),
         ns_per_pixel: per(unit == Some(PassUnit::Pixels), pixels),
         ns_per_cone_step: per(true, counts.cone_steps + counts.shadow_steps),
+        rays_per_s: (counts.rays > 0 && ms > 0.0).then(|| counts.rays as f64 * 1e3 / ms),
         counts,
         fetched_bytes,
         written_bytes,
@@ -113,6 +116,7 @@ pub fn table(costs: &[PassCost], copy: &CopyRates) -> String {
         let [pixel, step] = [row.ns_per_pixel, row.ns_per_cone_step].map(ns);
         text += &line(row.name, [voxel, item, pixel, step, fetched, written, rate, share]);
     }
+    text += &work_table(costs, width);
     let CopyRates { buffer_gb_per_s, shader_gb_per_s } = copy;
     let cut: u64 = costs.iter().map(|row| row.counts.rays_cut).sum();
     if cut > 0 {
@@ -122,10 +126,28 @@ pub fn table(costs: &[PassCost], copy: &CopyRates) -> String {
         );
     }
     text + &format!(
-        "voxels are occupied ones, items those listed or walked, steps those of cones; fetched bytes are a model, counted\n\
-         in an instrumented frame: every read in full, as if nothing were cached. The device copies {buffer_gb_per_s:.2} GB/s \
-         by itself,\n{shader_gb_per_s:.2} GB/s in a shader (read and written)\n"
+        "voxels are occupied ones, items those listed or walked, ns/step is by steps of cones, steps/ray are those from box to\n\
+         box of the tree of triangles; fetched bytes are a model, counted in an instrumented frame: every read in full, as\n\
+         if nothing were cached. The device copies {buffer_gb_per_s:.2} GB/s by itself, {shader_gb_per_s:.2} GB/s in a shader \
+         (read and written)\n"
     )
+}
+
+/// A row for each pass whose shaders count: how often they ran, and what rays they traced.
+fn work_table(costs: &[PassCost], width: usize) -> String {
+    let line = |name: &str, [invocations, rays, steps, rate]: [String; 4]| {
+        let line = format!("{name:width$}  {invocations:>12}  {rays:>12}  {steps:>10}  {rate:>10}");
+        line.trim_end().to_owned() + "\n"
+    };
+    let mut text = format!("\n{}", line("pass", ["invocations", "rays", "steps/ray", "M rays/s"].map(String::from)));
+    for row in costs.iter().filter(|row| row.counts.invocations > 0) {
+        let Counts { invocations, rays, ray_steps, .. } = row.counts;
+        let of_rays = |text: String| if rays > 0 { text } else { String::new() };
+        let steps = of_rays(format!("{:.1}", ray_steps as f64 / rays as f64));
+        let rate = row.rays_per_s.map_or(String::new(), |rate| format!("{:.3}", rate * 1e-6));
+        text += &line(row.name, [invocations.to_string(), of_rays(rays.to_string()), steps, rate]);
+    }
+    text + "\n"
 }
 
 #[cfg(test)]
@@ -144,6 +166,7 @@ mod tests {
             cpu_ms: None,
             wall_ms: None,
             bytes: 1000,
+            steps_ms: vec![],
             frames_gpu_ms: vec![],
         }
     }

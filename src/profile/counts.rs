@@ -59,6 +59,10 @@ kinds! {
     words "WORDS" 4,
     /// Rays that the driver ended before they were over: none but on a CPU device, see `glsl/ground/tree.glsl`.
     rays_cut "RAYS_CUT" 0,
+    /// Ways that were begun in a tree of triangles.
+    rays "RAYS_BEGUN" 0,
+    /// Threads, vertices or fragments.
+    invocations "INVOCATIONS" 0,
 }
 
 impl Counts {

@@ -10,7 +10,7 @@ use twobounce::vk::{
 };
 
 /// Keeps a log.
-const LOGGED: RecorderOptions = RecorderOptions { per_pass: false, log: true };
+const LOGGED: RecorderOptions = RecorderOptions { per_pass: false, steps: false, log: true };
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -72,7 +72,8 @@ fn a_compute_pass_reads_structs_push_block_and_constants() {
         let pass = copy_pass(&[("SCALE", 3u32.into())]);
         let source = vk::upload(&gpu::context(), "source", &items(100)).unwrap();
         let target = vk::upload(&gpu::context(), "target", &[u32::MAX; 128]).unwrap();
-        let mut recorder = Recorder::new(&gpu::context(), RecorderOptions { per_pass, log: false }).unwrap();
+        let mut recorder =
+            Recorder::new(&gpu::context(), RecorderOptions { per_pass, ..RecorderOptions::default() }).unwrap();
         recorder.zone("copy", ZoneKind::Compute, 400, |r| {
             let binds = [Bind::buffer("target", &target), Bind::buffer("source", &source)];
             r.dispatch(&pass, &binds, &Push { count: 100, add: 7 }, [2, 1, 1]);

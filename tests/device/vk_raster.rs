@@ -10,7 +10,7 @@ use twobounce::vk::{
 };
 
 /// Keeps a log.
-const LOGGED: RecorderOptions = RecorderOptions { per_pass: false, log: true };
+const LOGGED: RecorderOptions = RecorderOptions { per_pass: false, steps: false, log: true };
 
 fn volume(label: &str, edge: u32, format: Format) -> Image {
     let usage = ImageUsageFlags::COLOR_ATTACHMENT

@@ -9,7 +9,7 @@ use super::layered;
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cell_passes::MipCells;
-use crate::ground::volume::{FACES, LightVolume};
+use crate::ground::volume::LightVolume;
 use crate::vk::{Constant, Context, Raster, Recorder, ZoneKind};
 
 pub enum Mips {
@@ -30,11 +30,11 @@ impl Mips {
             Self::Layered(pipeline) => pipeline,
             Self::Cells(mips) => return mips.record(r, ground, volume),
         };
-        let bytes = (1..volume.levels).map(|l| 8 * FACES as u64 * u64::from(volume.edge >> l).pow(3)).sum();
-        r.zone(volume.mips_zone(), ZoneKind::Raster, bytes, |r| {
+        r.zone(volume.mips_zone(), ZoneKind::Raster, volume.bytes(1..volume.levels), |r| {
             for level in 1..volume.levels {
                 r.full_barrier(); // the level below was written by shade or just before
                 volume.draw(r, pipeline, &volume.sources(level), level);
+                r.end_step();
             }
         });
     }

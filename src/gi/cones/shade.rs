@@ -10,7 +10,7 @@ use super::layered;
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cell_passes::{FillCells, FillDesc};
-use crate::ground::volume::{FACES, LightVolume};
+use crate::ground::volume::LightVolume;
 use crate::vk::{Bind, Context, Raster, Recorder, ZoneKind};
 
 pub enum Shade {
@@ -36,8 +36,7 @@ impl Shade {
             Self::Layered(pipeline, label) => (pipeline, *label),
             Self::Cells(fill) => return fill.record(recorder, ground, target, look_up),
         };
-        let bytes = 8 * FACES as u64 * u64::from(target.edge).pow(3);
-        recorder.zone(label, ZoneKind::Raster, bytes, |r| {
+        recorder.zone(label, ZoneKind::Raster, target.bytes(0..1), |r| {
             r.full_barrier(); // voxelise wrote the lists, mips 1 the volume that is gathered from
             let mut binds = ground.item_binds(&ground.base().lit_items, &ground.base().item_lights);
             binds.extend(look_up);

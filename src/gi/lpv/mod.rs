@@ -150,7 +150,8 @@ impl Gi for Lighting {
         // Every item is lit; what it sends travels and adds up.
         let steps = self.settings.steps(update.sky);
         self.light.each(&self.sums, update.history, |light, from, to| {
-            r.zone(["light 1", "light 2"][light.bounce], ZoneKind::Compute, 0, |r| {
+            let lit = further(ground).map(|lists| lists.item_lights.bytes()).sum();
+            r.zone(["light 1", "light 2"][light.bounce], ZoneKind::Compute, lit, |r| {
                 r.full_barrier(); // the lists, and the sum that is gathered from, were written
                 for (cascade, lists) in further(ground).enumerate() {
                     let mut binds = ground.binds();
@@ -167,8 +168,9 @@ impl Gi for Lighting {
                     r.dispatch_indirect(&light.pipeline, &binds, &push, lists.cells.counts.at(offset));
                 }
             });
+            let sum = sum_of(&self.settings, "");
             // The coarsest first: its sum is what comes into the finer ones.
-            r.zone(["propagate 1", "propagate 2"][light.bounce], ZoneKind::Compute, 0, |r| {
+            r.zone(["propagate 1", "propagate 2"][light.bounce], ZoneKind::Compute, sum.bytes(), |r| {
                 for (cascade, lists) in further(ground).enumerate().collect::<Vec<_>>().into_iter().rev() {
                     self.travel(r, ground, &Cascade { index: cascade, lists, steps }, to);
                 }
@@ -238,6 +240,7 @@ impl Lighting {
             binds.push(Bind::buffer("frame", &ground.frame));
             let pipeline = if step == 0 { &self.first_step } else { &self.propagate };
             r.dispatch(pipeline, &pipeline.select(&binds), &push, groups(step_group));
+            r.end_step();
         }
     }
 

@@ -202,7 +202,7 @@ impl Lighting {
     /// before. Writes: item lights, kept direct light.
     fn light(&self, r: &mut Recorder, ground: &Ground, pass: &Light) {
         let lists = ground.base();
-        r.zone(pass.label, ZoneKind::Compute, 0, |r| {
+        r.zone(pass.label, ZoneKind::Compute, lists.item_lights.bytes(), |r| {
             r.full_barrier(); // the lists and what is gathered from were written
             // With feedback the second pass reads a copy of what the first one wrote.
             let is_read_next = self.feedback.is_none() && self.light.second.is_some() && pass.bounce == 0;
@@ -224,7 +224,7 @@ impl OnDemand for Lighting {
     fn light_asked(&self, r: &mut Recorder, ground: &Ground) {
         if let Some(asks) = &self.asks {
             ground.split(r, SECOND_COUNTS);
-            r.zone(asks.label, ZoneKind::Compute, 0, |r| {
+            r.zone(asks.label, ZoneKind::Compute, ground.base().asked_bytes(), |r| {
                 r.full_barrier(); // twins were listed
                 self.over_items(r, ground, asks, &ground.base().item_lights);
             });
@@ -265,7 +265,7 @@ impl Feedback {
             Bind::buffer("last_lights", &lists.last_seen_lights),
             Bind::buffer("seen_lobes", &lists.seen_lobes),
         ];
-        r.zone("carry", ZoneKind::Compute, 0, |r| {
+        r.zone("carry", ZoneKind::Compute, lists.seen_lights.bytes(), |r| {
             r.full_barrier(); // the items that are lit were chosen
             over_lit_items(r, ground, &self.carry, binds);
         });
@@ -273,7 +273,7 @@ impl Feedback {
 
     fn sum(&self, r: &mut Recorder, ground: &Ground) {
         let binds = vec![Bind::buffer("list_items", &ground.base().items), Bind::buffer("light_sums", &self.sums)];
-        r.zone("sums", ZoneKind::Compute, 0, |r| {
+        r.zone("sums", ZoneKind::Compute, SUMS_BYTES, |r| {
             r.full_barrier(); // the light was written, the sums before may have been read
             r.fill(&self.sums, 0, SUMS_BYTES, 0);
             r.full_barrier(); // they are 0

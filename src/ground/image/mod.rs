@@ -161,7 +161,7 @@ impl ImagePass {
                 if let Some(asked) = asked {
                     asked.begin(r, frame.ground);
                     let of = BandFrame { light: LightUse::Asks, ..of };
-                    zone(r, "ask", ZoneKind::Compute, 0, &|r| {
+                    zone(r, "ask", ZoneKind::Compute, frame.ground.base().asked_bytes(), &|r| {
                         self.gather(r, &of, look_up);
                         self.shade(r, &of, &binds);
                     });

@@ -10,7 +10,7 @@ use crate::vk::resource::buffer::{Buffer, BufferKind};
 use std::sync::Arc;
 
 /// Kinds of things that are counted, at most.
-const KINDS: usize = 16;
+const KINDS: usize = 18;
 /// A low and a high word per kind.
 const BYTES: u64 = KINDS as u64 * 8;
 

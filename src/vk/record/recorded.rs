@@ -11,9 +11,15 @@ use std::any::Any;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-/// A zone that is over, its times on the device still to be filled in, and its timestamps: pairs of the beginning and the end of each
-/// submission that it is in.
-pub(in crate::vk) type Zone = (ZoneTiming, RangeInclusive<u32>);
+/// A zone that is over.
+pub(in crate::vk) struct Zone {
+    /// Its times on the device are still to be filled in.
+    pub(in crate::vk) timing: ZoneTiming,
+    /// From its first to its last.
+    pub(in crate::vk) timestamps: RangeInclusive<u32>,
+    /// Those at the ends of its steps.
+    pub(in crate::vk) steps: Vec<u32>,
+}
 
 #[derive(Default)]
 pub(in crate::vk) struct Recorded {
@@ -87,11 +93,11 @@ impl Recorded {
 
     fn timings_of(&self, context: &Context, ticks: &[u64], wall_ms: f64) -> ZoneTimings {
         let ms = |ticks: u64| ticks as f64 * f64::from(context.limits.timestamp_period) * 1e-6;
-        let between = |from: usize, to: usize| ms(ticks[to].saturating_sub(ticks[from]));
-        // Milliseconds of device time before a timestamp: what passes between submissions is not the device's.
+        let between = |from: usize, to: usize| ticks[to].saturating_sub(ticks[from]);
+        // Device time before a timestamp, in ticks: what passes between submissions is not the device's.
         let before = |timestamp: usize| {
             let mut start = 0;
-            let mut sum = 0.0;
+            let mut sum = 0;
             for &end in self.ends.iter().take_while(|end| **end <= timestamp) {
                 sum += between(start, end - 1);
                 start = end;
@@ -99,12 +105,18 @@ impl Recorded {
             sum + between(start, timestamp)
         };
         let counts = |index| self.counting.as_ref().map_or_else(Vec::new, |counting| counting.read(index));
-        let timing = |(index, (zone, timestamps)): (usize, &Zone)| {
-            let (first, last) = (*timestamps.start() as usize, *timestamps.end() as usize);
-            let gpu_ms = (first..=last).step_by(2).map(|first| between(first, first + 1)).sum();
-            ZoneTiming { start_ms: before(first), gpu_ms, counts: counts(index), ..zone.clone() }
+        let timing = |(index, zone): (usize, &Zone)| {
+            let [start, end] = [*zone.timestamps.start(), *zone.timestamps.end()].map(|at| before(at as usize));
+            let mut begun = start;
+            let step = |&end: &u32| {
+                let ended = before(end as usize);
+                ms(ended - std::mem::replace(&mut begun, ended))
+            };
+            let steps_ms = zone.steps.iter().map(step).collect();
+            let (start_ms, gpu_ms, counts) = (ms(start), ms(end - start), counts(index));
+            ZoneTiming { start_ms, gpu_ms, steps_ms, counts, ..zone.timing.clone() }
         };
         let zones = self.zones.iter().enumerate().map(timing).collect();
-        ZoneTimings { zones, gpu_ms: before(ticks.len().saturating_sub(1)), wall_ms }
+        ZoneTimings { zones, gpu_ms: ms(before(ticks.len().saturating_sub(1))), wall_ms }
     }
 }

@@ -3,7 +3,7 @@
 use super::counting::Counting;
 use super::frame_log::{CommandLog, FrameLog};
 use super::pace::Pacing;
-use super::recorded::Recorded;
+use super::recorded::{Recorded, Zone};
 use super::zone::{ZoneKind, ZoneTiming, ZoneTimings, process_cpu_ms};
 use crate::vk::device::context::Context;
 use crate::vk::device::submit::{CommandSet, Commands, MAX_TIMESTAMPS, record_image_barrier};
@@ -18,6 +18,8 @@ use std::time::Instant;
 pub struct RecorderOptions {
     /// One submission per zone, each waited for: this also gives CPU and wall times per zone.
     pub per_pass: bool,
+    /// Time the steps of zones that have some ([`Recorder::end_step`]).
+    pub steps: bool,
     /// Keep a [`FrameLog`] of every command, for tests: it costs text and lists for each.
     pub log: bool,
 }
@@ -34,6 +36,8 @@ pub struct Recorder {
     pub(in crate::vk) options: RecorderOptions,
     /// The open pass.
     pub(in crate::vk) zone: Option<(&'static str, ZoneKind)>,
+    /// The timestamps at the ends of the open pass's steps.
+    steps: Vec<u32>,
     pub(in crate::vk) recorded: Recorded,
     pub(in crate::vk) pacing: Option<Pacing>,
     error: Option<Error>,
@@ -64,6 +68,7 @@ impl Recorder {
             pool,
             options: RecorderOptions::default(),
             zone: None,
+            steps: Vec::new(),
             recorded,
             pacing: None,
             error: None,
@@ -135,9 +140,20 @@ impl Recorder {
             wall_ms: wall.map(|before| before.elapsed().as_secs_f64() * 1e3),
             bytes: bytes_written,
             counts: Vec::new(),
+            steps_ms: Vec::new(),
         };
-        self.recorded.zones.push((timing, first_timestamp..=last_timestamp));
+        let steps = std::mem::take(&mut self.steps);
+        self.recorded.zones.push(Zone { timing, timestamps: first_timestamp..=last_timestamp, steps });
         self.pace_pass_end(name);
+    }
+
+    /// Ends a step of the open pass: a level of mips, a step of propagation. It is timed where
+    /// [X
+    pub fn end_step(&mut self) {
+        if self.options.steps {
+            let timestamp = self.timestamp();
+            self.steps.push(timestamp);
+        }
     }
 
     /// Whether nothing has failed so far: what is recorded afterwards is never submitted.

@@ -28,6 +28,9 @@ pub struct ZoneTiming {
     pub bytes: u64,
     /// What its shaders read, kind by kind; empty unless the context counts.
     pub counts: Vec<u64>,
+    /// Of each level of mips, or step of propagation, in milliseconds of device time; empty unless they are timed
+    /// ([`RenderOptions::steps`](crate::renderer::RenderOptions::steps)).
+    pub steps_ms: Vec<f64>,
 }
 
 /// The times of one frame.

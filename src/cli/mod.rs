@@ -131,8 +131,20 @@ fn refuse(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
+/// A message on one line, shortened where it holds a long value of a file or an argument.
 fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
+    let words: Vec<_> = text.split_whitespace().map(|word| ends(word, 200)).collect();
+    ends(&words.join(" "), 1500)
+}
+
+/// The beginning and the end of a text of more than `most` characters.
+fn ends(text: &str, most: usize) -> String {
+    let characters: Vec<char> = text.chars().collect();
+    if characters.len() <= most {
+        return text.to_owned();
+    }
+    let part = |range: std::ops::Range<usize>| characters[range].iter().collect::<String>();
+    format!("{}…{}", part(0..most * 2 / 3), part(characters.len() - most / 4..characters.len()))
 }
 
 /// Runs one subcommand; the exit code of a command that did not fail.
@@ -156,5 +168,22 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Info(args) => info::run(args),
         Command::Completions(args) => shell::complete(args, Cli::command()),
         Command::Man(args) => shell::man(args, Cli::command()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::one_line;
+
+    #[test]
+    fn long_values_are_shortened_in_messages() {
+        assert_eq!(one_line("no  such\nfile a.glb"), "no such file a.glb");
+        let said = one_line(&format!("--set {}é: no such key", "x".repeat(5000)));
+        assert!(
+            said.starts_with("--set xxx") && said.ends_with("xé: no such key") && said.chars().count() < 220,
+            "{said}"
+        );
+        let words = one_line(&"x ".repeat(5000));
+        assert!(words.contains('…') && words.chars().count() < 1500, "{words}");
     }
 }

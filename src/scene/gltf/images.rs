@@ -10,7 +10,7 @@ use image::{DynamicImage, ImageError, ImageFormat, ImageReader, ImageResult, Lim
 use rayon::prelude::*;
 
 use super::accessor::{Data, Problem, missing};
-use super::container::{Folders, Source, find, shorten};
+use super::container::{Folders, Source, find, inline, shorten};
 use super::document::{Document, image_of};
 use super::hash_part;
 use super::ktx2;
@@ -155,7 +155,7 @@ impl<'a> Found<'a> {
     fn new(data: &Data<'a>, folders: Folders, index: usize) -> Result<Self, Problem> {
         let source = &data.document.images[index];
         let mut name = source.name.clone().unwrap_or_default();
-        if let Some(uri) = source.uri.as_ref().filter(|uri| name.is_empty() && !uri.starts_with("data:")) {
+        if let Some(uri) = source.uri.as_ref().filter(|uri| name.is_empty() && inline(uri).is_none()) {
             name.clone_from(uri);
         }
         let what = format!("image {index}");

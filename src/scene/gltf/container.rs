@@ -371,7 +371,8 @@ mod tests {
 
     #[test]
     fn base64_may_have_either_alphabet_no_padding_white_space_and_percent_encoding() {
-        for text in ["+/8=", "-_8=", "+/8", "-_8", "-_9", "%2B%2f8%3D", "%2D_8", "+\r\n/ 8=\n", "\t+/%0A8 =", "+/8=%20"] {
+        for text in ["+/8=", "-_8=", "+/8", "-_8", "-_9", "%2B%2f8%3D", "%2D_8", "+\r\n/ 8=\n", "\t+/%0A8 =", "+/8=%20"]
+        {
             assert_eq!(decode_base64(text), Some(vec![0xfb, 0xff]), "{text}");
         }
         for text in ["Zm9v!", "Zm=9v", "Zm9v%", "Zm9v%00"] {

@@ -212,7 +212,9 @@ mod tests {
 
     #[test]
     fn lines_of_exposure_and_colour_multiply() {
-        let header = parse("#?RGBE\nEXPOSURE=2\nCOLORCORR= 1 2 4\n# EXPOSURE=9\nexposure = 4\nEXPOSURE=0\nGAMMA=2.2\n\n-Y 2 +X 3\n");
+        let header = parse(
+            "#?RGBE\nEXPOSURE=2\nCOLORCORR= 1 2 4\n# EXPOSURE=9\nexposure = 4\nEXPOSURE=0\nGAMMA=2.2\n\n-Y 2 +X 3\n",
+        );
         let header = header.unwrap();
         assert_eq!(header.radiance_from_stored * DVec3::ONE, DVec3::new(1.0, 0.5, 0.25) / 8.0);
         assert_eq!(header.unheeded, ["EXPOSURE=0", "GAMMA=2.2"]);

@@ -28,7 +28,7 @@ use crate::scene::{Pose, Scene, View};
 use crate::settings::{Bounces, Settings};
 use crate::vk::{Buffer, BufferKind, Context, Recorder};
 
-pub use desc::{FrameDesc, first_plan};
+pub use desc::{FrameDesc, first_plan, make_trees};
 use desc::{ground_desc, image_pass_desc, lamps, of_light, plan, shape};
 pub use light::{LightProgress, LightRules, LightState, MOST_SETTLING, SETTLED};
 

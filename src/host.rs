@@ -32,7 +32,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use crate::frame::{Frame, FrameDesc, first_plan};
+use crate::frame::{Frame, FrameDesc};
 use crate::ground::Counts;
 use crate::ground::image::given::{self, GivenPass};
 use crate::ground::image::target;
@@ -149,7 +149,7 @@ impl Prepared {
         let memory = MemoryCheck::new(context, prepare.memory_limit, scene);
         let mut fixed = packed.plan();
         fixed.extend(given_plan(prepare));
-        memory.check(settings.voxels, &fixed, |voxels| first_plan(&desc, &packed.trees, voxels))?;
+        memory.check_first(&desc, &packed.trees, &fixed)?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let options = SlotOptions { timestamps: prepare.timestamps, log: false };
         Ok(Self {
@@ -333,7 +333,7 @@ impl Prepared {
     /// No frame is in flight: buffers that it uses are freed.
     pub unsafe fn grow(&mut self, growth: Growth) -> Result<()> {
         let plan = |voxels| self.frame.plan(&growth.0, voxels);
-        self.memory.check(self.voxels, &given_plan(&self.prepare), plan)?;
+        self.memory.check(self.voxels, &given_plan(&self.prepare), &plan)?;
         // SAFETY: the caller's.
         unsafe { self.clear() };
         self.frame.grow(&self.context, growth.0)
@@ -352,8 +352,7 @@ impl Prepared {
         scene.check()?;
         let prepare = Prepare { slots: self.slots.len(), timestamps: self.prepare.timestamps, ..prepare.clone() };
         let desc = desc(scene, settings, &prepare)?;
-        let plan = |voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels);
-        self.memory.check(settings.voxels, &given_plan(&prepare), plan)?;
+        self.memory.check_first(&desc, &self.frame.ground.scene.trees, &given_plan(&prepare))?;
         self.frame.change(&self.context, &desc)?;
         self.given = given(&self.context, &self.frame, &desc, &prepare)?;
         // SAFETY: the caller's.

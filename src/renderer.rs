@@ -5,7 +5,7 @@ mod refine;
 
 use std::sync::{Arc, Mutex};
 
-use crate::frame::{Counters, Frame, FrameDesc, LightState, Seen, first_plan};
+use crate::frame::{Counters, Frame, FrameDesc, LightState, Seen, first_plan, make_trees};
 use crate::ground::Ground;
 use crate::ground::attributes::CornerWords;
 use crate::ground::constants::Features;
@@ -13,6 +13,7 @@ use crate::ground::image::target::{self, Readback};
 use crate::ground::layout::Triangle;
 use crate::ground::memory_plan::{self, MemoryPlan, MemoryRow};
 use crate::ground::scene_on_gpu::ScenePacked;
+use crate::ground::tree::groups::TreesOnce;
 use crate::layers::PassMean;
 use crate::memory::Limit;
 use crate::scene::{Bounds, Pose, Scene, View};
@@ -125,8 +126,7 @@ impl Renderer {
         let mut fixed_plan = packed.plan();
         fixed_plan.push(target::readback_plan(desc.size, desc.outputs));
         let memory = MemoryCheck::new(context, options.memory_limit, &scene);
-        // Before anything is uploaded: what is too large is refused at once.
-        memory.check(settings.voxels, &fixed_plan, |voxels| first_plan(&desc, &packed.trees, voxels))?;
+        memory.check_first(&desc, &packed.trees, &fixed_plan)?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let readback = Readback::new(context, &frame.target)?;
         let (pace, context) = (pace(context, &options), context.clone());
@@ -151,8 +151,7 @@ impl Renderer {
         let mut fixed_plan = self.fixed_plan.clone();
         fixed_plan.pop();
         fixed_plan.push(target::readback_plan(size, desc.outputs));
-        let plan = |voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels);
-        self.memory.check(settings.voxels, &fixed_plan, plan)?;
+        self.memory.check_first(&desc, &self.frame.ground.scene.trees, &fixed_plan)?;
         self.frame.change(&self.context, &desc)?;
         self.pace = pace(&self.context, &options);
         if size != self.options.size || desc.outputs != target::outputs(&self.options.aovs) {
@@ -221,7 +220,7 @@ impl Renderer {
             let (counters, grown) = self.frame.poll(0);
             if let Some(counts) = grown {
                 let plan = |voxels| self.frame.plan(&counts, voxels);
-                self.memory.check(self.settings.voxels, &self.fixed_plan, plan)?;
+                self.memory.check(self.settings.voxels, &self.fixed_plan, &plan)?;
                 self.frame.grow(&self.context, counts)?;
                 repeats += u32::from(!alone);
             } else if alone {
@@ -349,6 +348,13 @@ pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
     }
 }
 
+/// How many texels a side an image of a device has, in which a texture lies with its mips, and what says so.
+#[cfg_attr(not(internals), doc(hidden))]
+pub fn largest_image(context: &Context) -> (u32, String) {
+    let most = context.limits.max_image_dimension2_d;
+    (most, format!("the {most} texels a side of an image of {}", context.name))
+}
+
 /// How many triangles, over all instances, a device's buffers hold at most, whatever is known of each, and what says so.
 #[cfg_attr(not(internals), doc(hidden))]
 pub fn most_triangles(context: &Context) -> (u64, String) {
@@ -389,9 +395,17 @@ impl MemoryCheck {
         }
     }
 
+    /// Refuses what a new frame takes beyond what `fixed` names, before anything is uploaded, and most of it before trees are made.
+    pub fn check_first(&self, desc: &FrameDesc, trees: &TreesOnce, fixed: &[MemoryRow]) -> Result<()> {
+        let plan = first_plan(desc, trees);
+        self.check(desc.settings.voxels, fixed, &plan)?;
+        make_trees(desc, trees);
+        self.check(desc.settings.voxels, fixed, &plan)
+    }
+
     /// Refuses a grid of edge `voxels` whose resources exceed the limit or what the device binds at once. `fixed`: those that do not
     /// depend on the grid; `plan`: those that a grid of that edge takes.
-    pub fn check(&self, voxels: u32, fixed: &[MemoryRow], plan: impl Fn(u32) -> Vec<MemoryRow>) -> Result<()> {
+    pub fn check(&self, voxels: u32, fixed: &[MemoryRow], plan: &impl Fn(u32) -> Vec<MemoryRow>) -> Result<()> {
         let rows_at = |edge: u32| fixed.iter().copied().chain(plan(edge)).collect::<Vec<_>>();
         memory_plan::check(voxels, &self.limit, rows_at)?;
         memory_plan::check_buffers(&rows_at(voxels), self.triangles, &self.largest)

@@ -9,7 +9,7 @@ use glam::DVec3;
 use twobounce::ground::clearance::fitted_to_camera;
 use twobounce::output::exr::Metadata;
 use twobounce::reference::lights_itself;
-use twobounce::renderer::{RenderOptions, memory_limit, most_triangles};
+use twobounce::renderer::{RenderOptions, largest_image, memory_limit, most_triangles};
 use twobounce::scene::{DEFAULT_FOV_DEGREES, LoadOptions, Playback, Pose, Projection, Scene, Still, View};
 use twobounce::settings::Settings;
 use twobounce::vk::{Context, ContextOptions};
@@ -195,6 +195,7 @@ impl SceneArgs {
 fn limits(context: &Context, run: &RunArgs) -> LoadOptions {
     LoadOptions {
         texture_memory: Some(memory_limit(context, run.memory_limit)),
+        texture_side: Some(largest_image(context)),
         triangles: Some(most_triangles(context)),
         ..LoadOptions::default()
     }

@@ -43,12 +43,22 @@ impl FrameDesc<'_> {
     }
 }
 
-/// What [`super::Frame::new`] allocates on a grid of edge `voxels`, before any buffer grows.
-pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce, voxels: u32) -> Vec<MemoryRow> {
-    let settings = Settings { voxels, ..desc.settings.clone() };
-    let desc = &FrameDesc { settings: &settings, ..*desc };
-    let counts = first_counts(desc, &lamps(desc.scene, desc.settings), trees);
-    plan(&settings, Features::of_scene(desc.scene), &shape(desc), &counts)
+/// What [`super::Frame::new`] allocates on a grid of any edge, before any buffer grows: at least that, while there are no trees yet.
+pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce) -> impl Fn(u32) -> Vec<MemoryRow> {
+    let lamps = lamps(desc.scene, desc.settings);
+    move |voxels| {
+        let settings = Settings { voxels, ..desc.settings.clone() };
+        let desc = &FrameDesc { settings: &settings, ..*desc };
+        let counts = first_counts(desc, &lamps, trees);
+        plan(&settings, Features::of_scene(desc.scene), &shape(desc), &counts)
+    }
+}
+
+/// Makes the trees if `desc` asks for any: they are too large for memory where [`first_plan`] is.
+pub fn make_trees(desc: &FrameDesc, trees: &TreesOnce) {
+    if wants(desc.settings, Features::of_scene(desc.scene)).rays {
+        trees.of(desc.scene);
+    }
 }
 
 pub(super) fn shape(desc: &FrameDesc) -> ImageShape {
@@ -58,7 +68,7 @@ pub(super) fn shape(desc: &FrameDesc) -> ImageShape {
 
 fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
     let wants = wants(desc.settings, Features::of_scene(desc.scene));
-    let tree = if wants.rays { trees.of(desc.scene).size() } else { TreeSize::default() };
+    let tree = if wants.rays { trees.size(desc.scene) } else { TreeSize::default() };
     // A grid that cannot be placed is refused where it is made.
     let grid = Grid::place(desc.bounds, desc.settings).ok();
     let items = grid.map_or(0.0, |grid| expected_items(desc.scene, &trees.world_from_instance, &grid));

@@ -7,6 +7,10 @@
 
 use super::layout::TextureLevel;
 
+/// What every device of Vulkan has: texels a side of an image, and layers.
+const SIDE: u32 = 4096;
+const LAYERS: u32 = 256;
+
 /// The position of one mip chain.
 #[derive(Clone, Debug)]
 pub struct Place {
@@ -30,13 +34,18 @@ impl Atlas {
         let rects: Vec<(u32, u32)> = chains.iter().map(|levels| chain_rect(levels)).collect();
         let widest = rects.iter().map(|r| r.0).max().unwrap_or(1);
         let tallest = rects.iter().map(|r| r.1).max().unwrap_or(1);
-        let candidates = [(1, 1), (2, 1), (1, 2), (2, 2), (4, 4)].map(|(x, y)| (widest * x, tallest * y));
-        let (width, height, corners) = candidates
-            .into_iter()
-            .filter(|&(w, h)| w.max(h) <= 4096 || (w, h) == (widest, tallest))
-            .map(|(w, h)| (w, h, shelves(&rects, w, h)))
+        let packed = |(w, h)| (w, h, shelves(&rects, w, h));
+        let fits = |&(w, h): &(u32, u32)| w.max(h) <= SIDE;
+        let multiples = [(2, 1), (1, 2), (2, 2), (4, 4)].map(|(x, y)| (widest * x, tallest * y));
+        let candidates = [(widest, tallest)].into_iter().chain(multiples.into_iter().filter(fits));
+        let (mut width, mut height, mut corners) = candidates
+            .map(packed)
             .min_by_key(|(w, h, corners)| u64::from(*w) * u64::from(*h) * u64::from(layer_count(corners)))
-            .expect("the first candidate is never filtered out");
+            .expect("there is a first candidate");
+        // Thousands of small textures: fewer layers that are larger.
+        while layer_count(&corners) > LAYERS && fits(&(2 * width, 2 * height)) {
+            (width, height, corners) = packed((2 * width, 2 * height));
+        }
         let places = chains
             .iter()
             .zip(&corners)
@@ -124,6 +133,21 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn many_small_textures_need_few_layers() {
+        for (count, side) in [(2100, 4), (20_000, 1), (5000, 64)] {
+            let atlas = Atlas::pack(&vec![chain(side, side); count]);
+            let texels = count as u64 * u64::from(side * (side + side / 2));
+            assert!(
+                atlas.layers <= LAYERS && atlas.width.max(atlas.height) <= SIDE,
+                "{count}: {} layers",
+                atlas.layers
+            );
+            assert!(atlas.bytes() <= 2 * 4 * texels, "{count}: {} bytes", atlas.bytes());
+        }
+        assert_eq!(Atlas::pack(&vec![chain(2048, 2048); 300]).layers, 300, "nothing larger is sure to fit");
     }
 
     #[test]

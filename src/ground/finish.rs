@@ -1,6 +1,8 @@
 //! What [`Finish`] adds to a material, as the device reads it: rows of four words behind the texture levels, so that scenes
 //! without it hold not a byte more, and no further binding is needed. `glsl/ground/finish.glsl` is the twin.
 
+use std::collections::BTreeSet;
+
 use super::layout::{Material, TextureLevel, TextureSlot};
 use crate::scene::finish::Finish;
 use crate::scene::{Scene, sheen};
@@ -85,11 +87,11 @@ pub fn approximated(scene: &Scene) -> Vec<String> {
         ("diffuse transmission", "a volume is as thick as stated everywhere", |f| f.diffuse_transmission.factor > 0.0),
         ("dispersion", "the renderer refracts all colours alike", |f| f.dispersion > 0.0),
     ];
-    let used = |index: &usize| scene.meshes.iter().any(|mesh| mesh.material == *index);
+    let used: BTreeSet<usize> = scene.meshes.iter().map(|mesh| mesh.material).collect();
     let mut notes = Vec::new();
     for (what, how, has) in kinds {
         let found = |index: &usize| scene.materials[*index].finish.as_deref().is_some_and(has);
-        let first = (0..scene.materials.len()).filter(used).find(found);
+        let first = used.iter().copied().find(found);
         // The file counts without glTF's default material, which is the scene's first.
         notes
             .extend(first.map(|index| format!("material {} has {what}, approximated: {how}", index.saturating_sub(1))));

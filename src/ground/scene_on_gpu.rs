@@ -228,6 +228,13 @@ impl ScenePacked {
                 context.name
             )));
         }
+        let (layers, most) = (self.atlas.layers, context.limits.max_image_array_layers);
+        if layers > most {
+            return Err(Error::Memory(format!(
+                "the textures need {layers} layers of an image, more than the {most} of {}: use fewer textures or --max-texture TEXELS",
+                context.name
+            )));
+        }
         let image = Image::new(
             context,
             &ImageDesc {

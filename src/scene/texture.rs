@@ -301,12 +301,17 @@ impl Material {
         ]
     }
 
-    /// Every used texture and the colour space of its slot.
+    /// Every texture that is drawn and the colour space of its slot.
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub fn drawn_slots(&self) -> impl Iterator<Item = (TextureRef, ColorSpace)> {
+        let finish = self.finish.iter().flat_map(|finish| finish.slots());
+        self.slots().into_iter().chain(finish).filter_map(|(slot, space)| Some((slot?, space)))
+    }
+
+    /// Every used texture and the colour space of its slot: that of occlusion too, which is known and not drawn.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn texture_slots(&self) -> impl Iterator<Item = (TextureRef, ColorSpace)> {
-        let slots = self.slots().into_iter().chain([(self.occlusion_texture, ColorSpace::Linear)]);
-        let finish = self.finish.iter().flat_map(|finish| finish.slots());
-        slots.chain(finish).filter_map(|(slot, space)| Some((slot?, space)))
+        self.drawn_slots().chain(self.occlusion_texture.map(|slot| (slot, ColorSpace::Linear)))
     }
 }
 

@@ -42,7 +42,7 @@ fn number(variable: &str, default: u64) -> u64 {
 /// Whole files, and damaged ones that were faults once.
 pub fn corpus() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folders = ["tests/fuzz/corpus", "tests/fuzz/found", "tests/values/gltf/compressed"];
+    let folders = ["tests/fuzz/corpus", "tests/fuzz/found", "tests/values/gltf/compressed", "tests/values/maps"];
     let entries = folders.iter().flat_map(|folder| fs::read_dir(root.join(folder)).expect("the folder is there"));
     let paths = entries.map(|entry| entry.expect("the folder can be read").path());
     // Larger ones take longer and show no more.

@@ -22,6 +22,7 @@ mod ledger_formulas;
 mod ledger_pages;
 mod ledger_sets;
 mod made_scenes;
+mod maps;
 mod materials;
 mod metrics_faults;
 mod parameters;

@@ -74,6 +74,17 @@ impl TreesOnce {
         Self { world_from_instance: world_from_instance.to_vec(), made: OnceLock::new() }
     }
 
+    /// The size of the trees of `scene`; before they are made the least that it can be, since they take far longer than a refusal of
+    /// what does not fit.
+    pub fn size(&self, scene: &Scene) -> TreeSize {
+        let least = || {
+            let triangles = scene.triangle_count();
+            let leaves = triangles.div_ceil(MOST_IN_LEAF as usize);
+            TreeSize { groups: leaves.min(1), nodes: (2 * leaves).saturating_sub(1), triangles }
+        };
+        self.made.get().map_or_else(least, |trees| trees.size())
+    }
+
     /// Of `scene`, always the same one.
     pub fn of(&self, scene: &Scene) -> Arc<SceneTrees> {
         self.made.get_or_init(|| Arc::new(SceneTrees::new(scene, &self.world_from_instance))).clone()

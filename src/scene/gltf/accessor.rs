@@ -23,6 +23,8 @@ pub struct Data<'a> {
     pub decoded: &'a [Option<Vec<u8>>],
     /// What the stream of the primitive that is read holds, if it is compressed.
     pub unpacked: Option<&'a Unpacked>,
+    /// Which two sets of texture coordinates meshes of each material keep.
+    pub uv_sets: &'a [[u32; 2]],
 }
 
 /// One component, for which f64 has room, and the value that stands for 1 if it is normalised.

@@ -1,5 +1,6 @@
 //! The bytes of a `.gltf` or `.glb` file and of the buffers and images that it names by relative path or data URI.
 
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{Cursor, ErrorKind, Read, Seek};
 use std::path::{Component, Path, PathBuf};
@@ -104,7 +105,8 @@ fn parts(path: &Path, whole: Part, need: &mut Need) -> Result<Container, Error> 
     Ok(Container { json, binary: None })
 }
 
-/// Appends the next `count` bytes up to a zero, which is in no text: a hole on the disk has gigabytes of them.
+/// Appends the next `count` bytes up to a zero, which is in no text, and goes to the end of them: a hole on the disk has gigabytes of
+/// zeros. Some exporters fill up the end with zeros, which are left out; what stands behind one is kept for the parser to refuse.
 fn text(file: &mut dyn Content, count: u64, text: &mut Vec<u8>) -> std::io::Result<()> {
     const PART: u64 = 1 << 20;
     let (mut left, mut from) = (count, text.len());
@@ -116,7 +118,11 @@ fn text(file: &mut dyn Content, count: u64, text: &mut Vec<u8>) -> std::io::Resu
         }
         left -= read;
     }
-    Ok(())
+    let padding = |b: &u8| *b == 0 || b.is_ascii_whitespace();
+    if let Some(zero) = text.iter().position(|b| *b == 0).filter(|zero| text[*zero..].iter().all(padding)) {
+        text.truncate(zero);
+    }
+    file.seek_relative(left as i64)
 }
 
 /// The bytes of a regular file; `None` where there is none. Others are refused before they are opened: a pipe may never say anything,
@@ -171,10 +177,6 @@ fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<C
                 need.check().map_err(|problem| Error::file(path, problem))?;
                 let json = json.insert(Vec::new());
                 text(&mut file, size, json).map_err(failed)?;
-                if json.len() as u64 != size {
-                    // The parser says where it ends.
-                    return Ok(Container { json: std::mem::take(json), binary: None });
-                }
             }
             (None, _) => break,
             (Some(_), b"BIN\0") => {
@@ -274,15 +276,22 @@ fn without_dots(path: &Path) -> Option<PathBuf> {
 const OUTSIDE: &str =
     "outside the folder of the scene; copy the file there, or name a folder that the scene may read with --assets DIR";
 
+/// What follows the scheme of a data URI; `None` for another one.
+pub fn inline(uri: &str) -> Option<&str> {
+    let (scheme, rest) = uri.trim_start().split_once(':')?;
+    scheme.eq_ignore_ascii_case("data").then_some(rest)
+}
+
 /// Finds what `uri` names: bytes in the URI itself, or a file of one of the folders. `what` ("buffer 3") is for messages.
 pub fn find(folders: Folders, what: &str, uri: &str) -> Result<Source, Problem> {
     let refuse = |problem: &str| Err(format!("{what}: {problem}"));
-    if let Some(data) = uri.strip_prefix("data:") {
+    if let Some(data) = inline(uri) {
         let Some((head, body)) = data.split_once(',') else {
             return refuse("its data URI has no comma; export the file again");
         };
-        let bytes =
-            if head.ends_with(";base64") { decode_base64(body) } else { Some(percent_decode_str(body).collect()) };
+        let encoding = head.rsplit(';').next().unwrap_or_default().trim();
+        let base64 = head.contains(';') && encoding.eq_ignore_ascii_case("base64");
+        let bytes = if base64 { decode_base64(body) } else { Some(percent_decode_str(body).collect()) };
         return match bytes {
             Some(bytes) => Ok(Source::Inline(bytes)),
             None => refuse("its data URI is not valid base64; export the file again"),
@@ -344,11 +353,16 @@ pub fn shorten(text: &str) -> String {
     if text.chars().count() > 80 { clean + "…" } else { clean }
 }
 
-/// RFC 4648, either alphabet, padding optional.
+/// RFC 4648, either alphabet, padding optional; white space and percent-encoding as in other URIs.
 fn decode_base64(text: &str) -> Option<Vec<u8>> {
     let lenient = NO_PAD.with_decode_allow_trailing_bits(true);
-    let text = text.trim_end_matches('=');
-    [alphabet::STANDARD, alphabet::URL_SAFE].iter().find_map(|a| GeneralPurpose::new(a, lenient).decode(text).ok())
+    let mut text = Cow::from(percent_decode_str(text));
+    if text.iter().any(u8::is_ascii_whitespace) {
+        text.to_mut().retain(|b| !b.is_ascii_whitespace());
+    }
+    let end = text.iter().rposition(|b| *b != b'=').map_or(0, |last| last + 1);
+    let engines = [alphabet::STANDARD, alphabet::URL_SAFE].map(|alphabet| GeneralPurpose::new(&alphabet, lenient));
+    engines.iter().find_map(|engine| engine.decode(&text[..end]).ok())
 }
 
 #[cfg(test)]
@@ -356,10 +370,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn base64_may_have_either_alphabet_and_no_padding() {
-        for text in ["+/8=", "-_8=", "+/8", "-_8", "-_9"] {
+    fn base64_may_have_either_alphabet_no_padding_white_space_and_percent_encoding() {
+        for text in ["+/8=", "-_8=", "+/8", "-_8", "-_9", "%2B%2f8%3D", "%2D_8", "+\r\n/ 8=\n", "\t+/%0A8 =", "+/8=%20"]
+        {
             assert_eq!(decode_base64(text), Some(vec![0xfb, 0xff]), "{text}");
         }
-        assert_eq!(decode_base64("Zm9v!"), None);
+        for text in ["Zm9v!", "Zm=9v", "Zm9v%", "Zm9v%00"] {
+            assert_eq!(decode_base64(text), None, "{text}");
+        }
     }
 }

@@ -3,12 +3,15 @@
 //! The crate's `Root` is not used: its node transforms are f32 (a node at 10 000 000.25 m would move), and it refuses scenes
 //! without nodes and animation channels without a target. Its validation refuses quantised meshes.
 
+use std::fmt;
+use std::marker::PhantomData;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use gltf::json::extensions::scene::khr_lights_punctual::Light;
 use gltf::json::validation::USize64;
 use gltf::json::{self, Index};
-use serde::Deserialize;
+use serde::de::{Error, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
 use super::container::shorten;
@@ -19,6 +22,7 @@ pub struct Document {
     pub extensions_used: Vec<String>,
     pub extensions_required: Vec<String>,
     pub scene: Option<usize>,
+    #[serde(deserialize_with = "few")]
     pub scenes: Vec<SceneRoots>,
     pub nodes: Vec<Node>,
     pub meshes: Vec<json::Mesh>,
@@ -113,6 +117,33 @@ fn plain_integers(json: &[u8]) -> Vec<u8> {
 pub struct Asset {
     pub version: String,
     pub min_version: Option<String>,
+}
+
+/// Scenes of a file at most: one takes two bytes of text and twenty times that in memory.
+const SCENES_MAX: usize = 1 << 16;
+
+/// A list that is refused as soon as it is longer than [`SCENES_MAX`].
+fn few<'de, D: Deserializer<'de>, T: Deserialize<'de>>(list: D) -> Result<Vec<T>, D::Error> {
+    struct Few<T>(PhantomData<T>);
+    impl<'de, T: Deserialize<'de>> Visitor<'de> for Few<T> {
+        type Value = Vec<T>;
+
+        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+            write!(f, "a list of at most {SCENES_MAX}")
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut entries: A) -> Result<Self::Value, A::Error> {
+            let mut list = Vec::new();
+            while let Some(entry) = entries.next_element()? {
+                list.push(entry);
+                if list.len() > SCENES_MAX {
+                    return Err(A::Error::invalid_length(list.len(), &self));
+                }
+            }
+            Ok(list)
+        }
+    }
+    list.deserialize_seq(Few(PhantomData))
 }
 
 #[derive(Deserialize, Default)]

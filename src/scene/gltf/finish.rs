@@ -13,7 +13,7 @@ use super::materials::Loader;
 use crate::scene::finish::{Anisotropy, Clearcoat, DiffuseTransmission, Finish, Iridescence, Sheen};
 
 /// The object of an extension at a material.
-struct Object<'a> {
+pub(super) struct Object<'a> {
     /// Of the material, for messages.
     what: &'a str,
     name: &'static str,
@@ -26,12 +26,12 @@ impl Object<'_> {
     }
 
     /// A field, or `absent` without it.
-    fn get<T: DeserializeOwned>(&self, field: &str, absent: T) -> Result<T, Problem> {
+    pub(super) fn get<T: DeserializeOwned>(&self, field: &str, absent: T) -> Result<T, Problem> {
         let Some(value) = self.fields.get(field) else { return Ok(absent) };
         T::deserialize(value).map_err(|e| self.wrong(&shorten(&e.to_string())))
     }
 
-    fn textures(&self, fields: [&str; 2]) -> Result<[Option<Info>; 2], Problem> {
+    pub(super) fn textures(&self, fields: [&str; 2]) -> Result<[Option<Info>; 2], Problem> {
         Ok([self.get(fields[0], None)?, self.get(fields[1], None)?])
     }
 }
@@ -51,7 +51,7 @@ impl Loader<'_> {
     }
 
     /// Reads one of the material's extensions; the default without it.
-    fn extension<T: Default>(
+    pub(super) fn extension<T: Default>(
         &mut self,
         all: &Map<String, Value>,
         name: &'static str,

@@ -9,15 +9,16 @@ use gltf::json::validation::Checked::{self, Valid};
 use image::{DynamicImage, ImageError, ImageFormat, ImageReader, ImageResult, Limits};
 use rayon::prelude::*;
 
+use super::LoadOptions;
 use super::accessor::{Data, Problem, missing};
-use super::container::{Folders, Source, find, shorten};
+use super::container::{Folders, Source, find, inline, shorten};
 use super::document::{Document, image_of};
 use super::hash_part;
 use super::ktx2;
 use super::need::{Kind, Need};
 use super::webp;
 use crate::error::said;
-use crate::memory::{Limit, apart};
+use crate::memory::apart;
 use crate::scene::texture::{ColorSpace, MipChain};
 use crate::scene::{Image, Material, Mip, Scene, Texture, TextureRef, Wrap};
 
@@ -34,13 +35,32 @@ const JPEG_TEXELS: u64 = 64 * 8;
 /// The size of an image that a decoder refuses by itself, for its size or for what is beside the texels.
 const REFUSED: (u32, u32) = (u32::MAX, u32::MAX);
 
-/// Textures and images in the order of their first use. The maps go from indices of the document to indices of the scene.
+/// How a material reads an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Reading {
+    Plain,
+    /// Its alpha, times a factor of these bits, is a glossiness: its green becomes the roughness, one minus that.
+    Glossiness(u32),
+}
+
+impl Reading {
+    fn apply(self, rgba: &mut [u8]) {
+        let Self::Glossiness(factor) = self else { return };
+        for texel in rgba.chunks_exact_mut(4) {
+            let glossiness = f32::from_bits(factor) * f32::from(texel[3]) / 255.0;
+            texel.copy_from_slice(&[0, ((1.0 - glossiness) * 255.0).round() as u8, 0, 255]);
+        }
+    }
+}
+
+/// Textures and images in the order of their first use. The maps go from indices of the document to indices of the scene; an image that
+/// is read in two ways is two images.
 #[derive(Default)]
 pub struct Used {
-    textures: HashMap<usize, usize>,
-    image_indices: HashMap<usize, usize>,
+    textures: HashMap<(usize, Reading), usize>,
+    image_indices: HashMap<(usize, Reading), usize>,
     /// Indices of the document.
-    images: Vec<usize>,
+    images: Vec<(usize, Reading)>,
     made: Vec<Texture>,
     /// Whether to refuse what would be left out.
     strict: bool,
@@ -55,8 +75,8 @@ impl Used {
     }
 
     /// The scene's index of texture `index` of the document; `None` if the texture has no image of a supported format.
-    pub fn texture(&mut self, document: &Document, index: usize) -> Result<Option<usize>, Problem> {
-        if let Some(&at) = self.textures.get(&index) {
+    pub fn texture(&mut self, document: &Document, index: usize, reading: Reading) -> Result<Option<usize>, Problem> {
+        if let Some(&at) = self.textures.get(&(index, reading)) {
             return Ok(Some(at));
         }
         let source = document.textures.get(index).ok_or_else(|| missing("texture", index))?;
@@ -74,11 +94,11 @@ impl Used {
             Some(sampler) => document.samplers.get(sampler).ok_or_else(|| missing("sampler", sampler))?,
             None => &default,
         };
-        let at = *self.image_indices.entry(image).or_insert_with(|| {
-            self.images.push(image);
+        let at = *self.image_indices.entry((image, reading)).or_insert_with(|| {
+            self.images.push((image, reading));
             self.images.len() - 1
         });
-        self.textures.insert(index, self.made.len());
+        self.textures.insert((index, reading), self.made.len());
         self.made.push(texture(at, sampler));
         Ok(Some(self.made.len() - 1))
     }
@@ -109,6 +129,7 @@ pub struct Images<'a> {
     textures: Vec<Texture>,
     /// Those that cannot be read with the reason.
     opened: Vec<Result<Opened<'a>, Problem>>,
+    readings: Vec<Reading>,
     strict: bool,
     most: Option<u32>,
 }
@@ -124,7 +145,7 @@ struct Opened<'a> {
 
 /// Reads all used images as far as their headers; `need` gets the bytes of their files.
 pub fn open<'a>(data: &Data<'a>, folders: Folders, used: Used, need: &mut Need) -> Result<Images<'a>, Problem> {
-    let found: Vec<_> = used.images.iter().map(|&index| Found::new(data, folders, index)).collect();
+    let found: Vec<_> = used.images.iter().map(|&(index, _)| Found::new(data, folders, index)).collect();
     for found in found.iter().flatten() {
         // A view's bytes are those of a buffer.
         if let Encoded::Uri(source) = &found.source {
@@ -135,7 +156,10 @@ pub fn open<'a>(data: &Data<'a>, folders: Folders, used: Used, need: &mut Need) 
     let opened: Vec<_> = found.into_par_iter().map(|found| found.and_then(Found::open)).collect();
     match opened.iter().find_map(|opened| opened.as_ref().err()).filter(|_| used.strict) {
         Some(problem) => Err(problem.clone()),
-        None => Ok(Images { textures: used.made, opened, strict: used.strict, most: used.most }),
+        None => {
+            let readings = used.images.iter().map(|(_, reading)| *reading).collect();
+            Ok(Images { textures: used.made, opened, readings, strict: used.strict, most: used.most })
+        }
     }
 }
 
@@ -155,7 +179,7 @@ impl<'a> Found<'a> {
     fn new(data: &Data<'a>, folders: Folders, index: usize) -> Result<Self, Problem> {
         let source = &data.document.images[index];
         let mut name = source.name.clone().unwrap_or_default();
-        if let Some(uri) = source.uri.as_ref().filter(|uri| name.is_empty() && !uri.starts_with("data:")) {
+        if let Some(uri) = source.uri.as_ref().filter(|uri| name.is_empty() && inline(uri).is_none()) {
             name.clone_from(uri);
         }
         let what = format!("image {index}");
@@ -215,7 +239,7 @@ fn undecodable(what: &str, e: &ImageError) -> Problem {
 }
 
 fn undecodable_ktx2(what: &str, damage: &str) -> Problem {
-    format!("{what} {damage}; save it as KTX 2 with ETC1S or UASTC again")
+    format!("{what} {damage}; save it as KTX 2 with ETC1S, UASTC or 8 bits a channel again")
 }
 
 impl Images<'_> {
@@ -247,24 +271,26 @@ impl Images<'_> {
         need.check()
     }
 
-    /// Refuses `materials` whose mip chains need more than `limit` on a device.
-    pub fn check_device<'m>(
-        &self,
-        materials: impl Iterator<Item = &'m Material>,
-        limit: &Limit,
-    ) -> Result<(), Problem> {
-        let on_device = |m: &Material| Material { occlusion_texture: None, ..m.clone() };
-        let chains = self.chains(materials.flat_map(|m| on_device(m).texture_slots().collect::<Vec<_>>()));
+    /// Refuses the textures of the `drawn` materials where they are larger than a device holds, each or all together.
+    pub fn check_device(&self, drawn: &[&Material], options: &LoadOptions) -> Result<(), Problem> {
+        let chains = self.chains(drawn.iter().flat_map(|material| material.drawn_slots()));
+        let remedy = "use smaller textures or --max-texture TEXELS";
+        if let Some((most, words)) = &options.texture_side {
+            let too_large = |(width, height): &(u32, u32)| *width.max(&(height + height / 2)) > *most;
+            if let Some((width, height)) = chains.iter().map(|&(image, _)| self.size(image)).find(too_large) {
+                return Err(format!(
+                    "has a texture of {width} × {height} texels, which needs more than {words} with its mips: {remedy}"
+                ));
+            }
+        }
         let texels: u64 = chains.iter().map(|&(image, _)| self.texels(image)).sum();
         // A chain lies in a rectangle of one and a half times its largest level, 4 bytes per texel.
         let bytes = 6 * texels;
-        if bytes <= limit.bytes {
-            return Ok(());
-        }
+        let Some(limit) = options.texture_memory.as_ref().filter(|limit| bytes > limit.bytes) else { return Ok(()) };
         let ([needed, most], words) = (apart([bytes, limit.bytes]), &limit.words);
         let millions = texels as f64 / 1e6;
         Err(format!(
-            "has textures of {millions:.1} million texels, which need {needed} on the device, more than {words} of {most}: use smaller textures or --max-texture TEXELS"
+            "has textures of {millions:.1} million texels, which need {needed} on the device, more than {words} of {most}: {remedy}"
         ))
     }
 
@@ -300,8 +326,9 @@ impl Images<'_> {
             let color = of_colors.contains(&(index, ColorSpace::Srgb));
             if color { ColorSpace::Srgb } else { ColorSpace::Linear }
         };
+        let readings = &self.readings;
         let decode = |(index, opened): (usize, Result<Opened, Problem>)| {
-            opened.and_then(|image| image.decode(halvings[index], space(index)))
+            opened.and_then(|image| image.decode(readings[index], halvings[index], space(index)))
         };
         let decoded: Vec<_> = self.opened.into_par_iter().enumerate().map(decode).collect();
         if let Some(most) = self.most.filter(|_| halved > 0) {
@@ -327,20 +354,27 @@ impl Images<'_> {
                 }
             }
         }
-        let mut place_of_texture = Vec::new();
+        let (mut place_of_texture, mut reading_of_texture) = (Vec::new(), Vec::new());
         for texture in self.textures {
             let image = place_of_image[texture.image];
             place_of_texture.push(image.map(|_| scene.textures.len()));
+            reading_of_texture.push(readings[texture.image]);
             scene.textures.extend(image.map(|image| Texture { image, ..texture }));
         }
-        for slot in scene.materials.iter_mut().flat_map(slots_mut) {
-            *slot = slot.and_then(|s| Some(TextureRef { texture: place_of_texture[s.texture]?, ..s }));
+        for material in &mut scene.materials {
+            let roughness = material.metallic_roughness_texture.map(|slot| reading_of_texture[slot.texture]);
+            for slot in slots_mut(material) {
+                *slot = slot.and_then(|s| Some(TextureRef { texture: place_of_texture[s.texture]?, ..s }));
+            }
+            if let (Some(Reading::Glossiness(factor)), None) = (roughness, material.metallic_roughness_texture) {
+                material.roughness = 1.0 - f32::from_bits(factor);
+            }
         }
         Ok(())
     }
 }
 
-fn slots_mut(m: &mut Material) -> impl Iterator<Item = &mut Option<TextureRef>> {
+pub fn slots_mut(m: &mut Material) -> impl Iterator<Item = &mut Option<TextureRef>> {
     let plain = [
         &mut m.base_color_texture,
         &mut m.metallic_roughness_texture,
@@ -356,9 +390,15 @@ fn slots_mut(m: &mut Material) -> impl Iterator<Item = &mut Option<TextureRef>> 
 }
 
 impl Opened<'_> {
-    /// The image, so often halved in that colour space, the hash of its bytes, and whether it has 16 bits per channel.
-    fn decode(self, halvings: u32, space: ColorSpace) -> Result<(Image, blake3::Hash, bool), Problem> {
+    /// The image, read so and then so often halved in that colour space, the hash of its bytes, and whether it has 16 bits per channel.
+    fn decode(
+        self,
+        reading: Reading,
+        halvings: u32,
+        space: ColorSpace,
+    ) -> Result<(Image, blake3::Hash, bool), Problem> {
         let (mut image, deep) = self.texels()?;
+        reading.apply(&mut image.rgba);
         if halvings > 0 {
             let level = MipChain::new(&image, space).levels.swap_remove(halvings as usize);
             (image.width, image.height, image.rgba) = (level.width, level.height, level.rgba);
@@ -370,8 +410,8 @@ impl Opened<'_> {
     fn texels(&self) -> Result<(Image, bool), Problem> {
         let (name, (width, height)) = (self.name.clone(), self.size);
         if ktx2::is_ktx2(&self.bytes) {
-            let rgba = ktx2::decode(&self.bytes).map_err(|damage| undecodable_ktx2(&self.what, damage))?;
-            return Ok((Image { name, width, height, rgba }, false));
+            let (rgba, deep) = ktx2::decode(&self.bytes).map_err(|damage| undecodable_ktx2(&self.what, damage))?;
+            return Ok((Image { name, width, height, rgba }, deep));
         }
         let decoded = reader(&self.bytes, texels_of(self.size)).and_then(ImageReader::decode);
         let decoded = decoded.map_err(|e| undecodable(&self.what, &e))?;

@@ -28,6 +28,17 @@ pub fn count(document: &Document, node: &Node) -> u64 {
     attributes.values().filter_map(elements).max().unwrap_or(1)
 }
 
+/// Instances that nodes may have whose accessors all have no data in the file: some bytes state millions, which all stand at one place.
+pub const UNBACKED_MAX: u64 = 1 << 14;
+
+/// How many instances of a node no byte of the file stands for.
+pub fn unbacked(document: &Document, node: &Node) -> u64 {
+    let accessors = attributes(node).into_iter().flat_map(BTreeMap::into_values).flatten();
+    let mut accessors = accessors.filter_map(|index| document.accessors.get(index)).peekable();
+    let none = accessors.peek().is_some() && accessors.all(|a| a.buffer_view.is_none());
+    if none { count(document, node) } else { 0 }
+}
+
 /// Adds the nodes of all instances of the node with the document's index `node`: their indices in the scene, or those of the
 /// node itself if it is not instanced.
 /// The error is a sentence that names the node, for accessors that are missing, do not fit or differ in length, and for numbers that

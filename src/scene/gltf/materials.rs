@@ -12,20 +12,19 @@ use serde::Serialize;
 use super::accessor::Problem;
 use super::container::shorten;
 use super::document::Document;
-use super::images::Used;
+use super::images::{Reading, Used, slots_mut};
 use crate::scene::{Alpha, Material, TextureRef};
 
-/// Uv sets of a mesh.
-const UV_SETS: usize = 2;
-
-/// glTF's default material, then all materials of the document.
-pub fn load(document: &Document, used: &mut Used) -> Result<Vec<Material>, Problem> {
-    let mut materials = vec![Material::default()];
+/// glTF's default material, then all materials of the document, and which two sets of texture coordinates of the document each reads.
+pub fn load(document: &Document, used: &mut Used) -> Result<(Vec<Material>, Vec<[u32; 2]>), Problem> {
+    let (mut materials, mut uv_sets) = (vec![Material::default()], vec![[0, 1]]);
     for (index, source) in document.materials.iter().enumerate() {
         let mut loader = Loader { index, what: format!("material {index}"), document, used };
-        materials.push(loader.material(source)?);
+        let mut material = loader.material(source)?;
+        uv_sets.push(loader.choose_uv_sets(&mut material));
+        materials.push(material);
     }
-    Ok(materials)
+    Ok((materials, uv_sets))
 }
 
 /// The materials, as the scene counts them, of all primitives at the nodes `shown`.
@@ -45,17 +44,14 @@ pub(super) struct Loader<'a> {
 
 impl Loader<'_> {
     fn material(&mut self, source: &json::Material) -> Result<Material, Problem> {
-        let pbr = &source.pbr_metallic_roughness;
         let normal = source.normal_texture.as_ref();
         let occlusion = source.occlusion_texture.as_ref();
-        let [r, g, b, a] = pbr.base_color_factor.0.map(|x| self.unit(x, "base colour"));
+        let colors = match self.specular_glossiness(source.extensions.as_ref())? {
+            Some(colors) => colors,
+            None => self.metallic_roughness(&source.pbr_metallic_roughness)?,
+        };
         let material = Material {
             name: source.name.clone().unwrap_or_default(),
-            base_color: Vec4::new(r, g, b, a),
-            base_color_texture: self.slot(pbr.base_color_texture.as_ref())?,
-            metallic: self.unit(pbr.metallic_factor.0, "metallic factor"),
-            roughness: self.unit(pbr.roughness_factor.0, "roughness"),
-            metallic_roughness_texture: self.slot(pbr.metallic_roughness_texture.as_ref())?,
             normal_texture: self.plain_slot(normal)?,
             normal_scale: normal.map_or(1.0, |t| self.clamp(t.scale, f32::NEG_INFINITY, "normal scale")),
             occlusion_texture: self.plain_slot(occlusion)?,
@@ -64,12 +60,24 @@ impl Loader<'_> {
             emissive_texture: self.slot(source.emissive_texture.as_ref())?,
             alpha: self.alpha(source),
             double_sided: source.double_sided,
-            ..Material::default()
+            ..colors
         };
         match &source.extensions {
             Some(extensions) => self.extensions(extensions, material),
             None => Ok(material),
         }
+    }
+
+    fn metallic_roughness(&mut self, pbr: &json::material::PbrMetallicRoughness) -> Result<Material, Problem> {
+        let [r, g, b, a] = pbr.base_color_factor.0.map(|x| self.unit(x, "base colour"));
+        Ok(Material {
+            base_color: Vec4::new(r, g, b, a),
+            base_color_texture: self.slot(pbr.base_color_texture.as_ref())?,
+            metallic: self.unit(pbr.metallic_factor.0, "metallic factor"),
+            roughness: self.unit(pbr.roughness_factor.0, "roughness"),
+            metallic_roughness_texture: self.slot(pbr.metallic_roughness_texture.as_ref())?,
+            ..Material::default()
+        })
     }
 
     fn extensions(
@@ -153,17 +161,45 @@ impl Loader<'_> {
         self.slot(info.as_ref())
     }
 
+    /// A mesh keeps two sets of texture coordinates: those that its material's slots read, which are then numbered by their places. A
+    /// third set is rare and gets a note.
+    fn choose_uv_sets(&mut self, m: &mut Material) -> [u32; 2] {
+        let mut read: Vec<usize> = m.drawn_slots().map(|(slot, _)| slot.uv_set).collect();
+        let mut seen = BTreeSet::new();
+        read.retain(|set| seen.insert(*set));
+        let (kept, left_out) = read.split_at(read.len().min(2));
+        let mut sets = [0, 1];
+        for &set in kept.iter().filter(|set| **set > 1) {
+            let free = sets.iter().position(|other| !kept.contains(other)).unwrap_or_default();
+            sets[free] = set;
+        }
+        for set in left_out {
+            let (what, [first, second]) = (&self.what, sets);
+            self.document.warn(format!(
+                "{what} reads more than two sets of texture coordinates; its textures on set {set} lie as set {first} says, those on {first} and {second} are right"
+            ));
+        }
+        for slot in slots_mut(m).flatten() {
+            slot.uv_set = sets.iter().position(|set| *set == slot.uv_set).unwrap_or_default();
+        }
+        sets.map(|set| set as u32)
+    }
+
     pub(super) fn slot(&mut self, info: Option<&Info>) -> Result<Option<TextureRef>, Problem> {
+        self.slot_read_as(info, Reading::Plain)
+    }
+
+    pub(super) fn slot_read_as(
+        &mut self,
+        info: Option<&Info>,
+        reading: Reading,
+    ) -> Result<Option<TextureRef>, Problem> {
         let Some(info) = info else { return Ok(None) };
-        let Some(texture) = self.used.texture(self.document, info.index.value())? else {
+        let Some(texture) = self.used.texture(self.document, info.index.value(), reading)? else {
             return Ok(None);
         };
         let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
-        let mut uv_set = transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord) as usize;
-        if uv_set >= UV_SETS {
-            self.document.warn(format!("{} uses uv set {uv_set}; only 0 and 1 are kept, so 0 is used", self.what));
-            uv_set = 0;
-        }
+        let uv_set = transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord) as usize;
         // Translation · rotation · scale. The rotation is counter-clockwise on the image, where v points down, so its matrix has the
         // negative angle. (The example of KHR_texture_transform, a rotated lower left quadrant, determines the sign.)
         let transform = transform.map_or(Affine2::IDENTITY, |t| Affine2 {

@@ -57,6 +57,7 @@ pub fn load(
     source.count = positions.len();
     let indices = source.triangles(mode)?;
     let tangent_uvs = materials[material].tangent_uvs();
+    let [first_uvs, second_uvs] = data.uv_sets[material];
     let mut mesh = Mesh {
         name: data.document.meshes[mesh].name.clone().unwrap_or_default(),
         normals: source.read::<3, _>(Semantic::Normals, None)?.unwrap_or_default(),
@@ -64,7 +65,7 @@ pub fn load(
             Some(_) => source.read::<4, _>(Semantic::Tangents, None)?.unwrap_or_default(),
             None => Vec::new(),
         },
-        uvs: [source.uvs(0)?, source.uvs(1)?],
+        uvs: [source.uvs(first_uvs)?, source.uvs(second_uvs)?],
         colors: source.colors()?,
         positions,
         indices,

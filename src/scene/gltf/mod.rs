@@ -1,7 +1,7 @@
 //! Loads glTF 2.0, `.gltf` and `.glb`, into a [`Scene`].
 //!
 //! One file per kind of object: `container` (bytes), `document` (JSON), `meshopt` (compressed bytes), `accessor` (numbers),
-//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials` with `finish`, `images` with `ktx2` and `webp`, `mesh`
+//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials` with `finish` and `specular_glossiness`, `images` with `ktx2` and `webp`, `mesh`
 //! with `draco`, `tangents` and `deform`. No damaged file makes the loader panic: every index and offset is checked before use.
 
 mod accessor;
@@ -20,6 +20,7 @@ mod mesh;
 mod meshopt;
 mod need;
 mod nodes;
+mod specular_glossiness;
 mod tangents;
 mod webp;
 
@@ -35,7 +36,7 @@ use self::container::{Container, Folders};
 use self::document::Document;
 use self::need::{Kind, Need};
 use super::deform::Deformer;
-use super::{Instance, Scene};
+use super::{Instance, Material, Scene};
 use crate::Error;
 use crate::memory::Limit;
 use crate::output::file::is_standard;
@@ -53,6 +54,8 @@ pub struct LoadOptions {
     pub memory: Option<Limit>,
     /// What textures may take on the device, if there is one.
     pub texture_memory: Option<Limit>,
+    /// How many texels a side an image of the device has, in which a texture lies above its mips, and what says so.
+    pub texture_side: Option<(u32, String)>,
     /// How many triangles a device holds over all instances, and what says so.
     pub triangles: Option<(u64, String)>,
     /// Larger textures are halved until they have at most so many texels a side.
@@ -61,7 +64,7 @@ pub struct LoadOptions {
 
 /// The supported extensions. A file that requires another one is refused, unless that changes looks alone; one that only uses it gets a
 /// warning.
-const KNOWN_EXTENSIONS: [&str; 21] = [
+const KNOWN_EXTENSIONS: [&str; 23] = [
     instancing::NAME,
     meshopt::NAMES[0],
     "EXT_texture_webp",
@@ -74,6 +77,7 @@ const KNOWN_EXTENSIONS: [&str; 21] = [
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_iridescence",
+    specular_glossiness::NAME,
     "KHR_materials_sheen",
     "KHR_materials_specular",
     "KHR_materials_transmission",
@@ -81,6 +85,7 @@ const KNOWN_EXTENSIONS: [&str; 21] = [
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     meshopt::NAMES[1],
+    nodes::VISIBILITY,
     "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
@@ -127,14 +132,17 @@ impl Scene {
             let buffers = load_buffers(document, folders, file.binary, &mut need)?;
             buffers.iter().flatten().for_each(|bytes| hash_part(&mut hash, bytes));
             let decoded = meshopt::decode(document, &buffers, &mut need)?;
-            let data = &Data { document, buffers: &buffers, decoded: &decoded, unpacked: None };
+            let data = &Data { document, buffers: &buffers, decoded: &decoded, unpacked: None, uv_sets: &[] };
             check::document(data)?;
             let tree = nodes::Tree::new(document)?;
             let shown = tree.reachable(document, &nodes::choose_roots(document, options.scene.as_deref())?)?;
             let mut scene = Self { nodes: tree.nodes(document)?, ..Self::default() };
             let mut used = images::Used::new(options.strict, options.max_texture);
-            scene.materials = materials::load(document, &mut used)?;
+            let uv_sets;
+            (scene.materials, uv_sets) = materials::load(document, &mut used)?;
+            let data = &Data { uv_sets: &uv_sets, ..*data };
             nodes::load_cameras(document, &tree, &shown, &mut scene)?;
+            let shown = tree.visible(document, &shown);
             nodes::load_lights(document, &tree, &shown, &mut scene)?;
             // All sizes are known before anything large is made.
             need.add_meshes(document, &shown);
@@ -145,9 +153,9 @@ impl Scene {
             }
             let images = images::open(data, folders, used, &mut need)?;
             images.check(&scene.materials, &mut need)?;
-            if let Some(limit) = &options.texture_memory {
-                images.check_device(materials::drawn(document, &shown).map(|index| &scene.materials[index]), limit)?;
-            }
+            let drawn: Vec<&Material> =
+                materials::drawn(document, &shown).map(|index| &scene.materials[index]).collect();
+            images.check_device(&drawn, options)?;
             images.decode(document, &mut scene, &mut hash)?;
             load_meshes(data, &tree, &shown, &mut scene)?;
             animations::load(data, &tree, &mut scene)?;

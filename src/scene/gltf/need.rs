@@ -77,11 +77,13 @@ const ENTRY: u64 = 3 * size_of::<serde_json::Value>() as u64;
 pub struct Need {
     limit: Limit,
     sums: [(u64, u64); KINDS.len()],
+    /// Instances whose places are not in the file.
+    unbacked: u64,
 }
 
 impl Need {
     pub fn within(limit: Limit) -> Self {
-        Self { limit, sums: Default::default() }
+        Self { limit, sums: Default::default(), unbacked: 0 }
     }
 
     pub fn add(&mut self, kind: Kind, count: u64, bytes_each: u64) {
@@ -105,6 +107,12 @@ impl Need {
             let limit = &self.limit.words;
             return Err(format!(
                 "needs about {total} of memory, most of it for {count} {name}, more than {limit}: {remedy}"
+            ));
+        }
+        if self.unbacked > instancing::UNBACKED_MAX {
+            let (count, most) = (words(self.unbacked), instancing::UNBACKED_MAX);
+            return Err(format!(
+                "has {count} instances of meshes without data, which all stand at one place, more than the {most} that are read: export it again"
             ));
         }
         let triangles = self.sums[Kind::Triangles as usize].0;
@@ -170,6 +178,7 @@ impl Need {
         for (index, node) in shown.iter().map(|&index| (index, &document.nodes[index])) {
             let Some((mesh, size)) = node.mesh.and_then(|mesh| Some((mesh, sizes.get(mesh)?))) else { continue };
             let times = instancing::count(document, node);
+            self.unbacked = self.unbacked.saturating_add(instancing::unbacked(document, node));
             self.add(Kind::Triangles, (size.corners / 3).saturating_mul(times), TRIANGLE_POSED);
             self.add(Kind::Instances, size.primitives.saturating_mul(times), INSTANCE);
             self.add_bytes(Kind::Instances, times.saturating_mul(NODE));

@@ -13,6 +13,8 @@ use super::container::list;
 use super::document::Document;
 use crate::scene::{Camera, Light, LightKind, Node, Projection, Scene, Transform};
 
+pub const VISIBILITY: &str = "KHR_node_visibility";
+
 /// The order of the document's nodes in the scene.
 pub struct Tree {
     /// Document indices, parents before children.
@@ -58,6 +60,18 @@ impl Tree {
             shown[index] |= self.parent[index].is_some_and(|p| shown[p]);
         }
         Ok((0..shown.len()).filter(|&n| shown[n]).collect())
+    }
+
+    /// Those of the nodes `shown` that no KHR_node_visibility hides, at them or at a node above them: it hides meshes and lights, and no
+    /// cameras.
+    pub fn visible(&self, document: &Document, shown: &[usize]) -> Vec<usize> {
+        let mut hidden = vec![false; document.nodes.len()];
+        for &index in &self.order {
+            let extension = document.nodes[index].extensions.others.get(VISIBILITY);
+            let states = extension.and_then(|extension| extension.get("visible")?.as_bool());
+            hidden[index] = states == Some(false) || self.parent[index].is_some_and(|parent| hidden[parent]);
+        }
+        shown.iter().copied().filter(|&index| !hidden[index]).collect()
     }
 
     pub fn nodes(&self, document: &Document) -> Result<Vec<Node>, Problem> {

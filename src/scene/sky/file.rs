@@ -1,24 +1,15 @@
-//! Reads equirectangular maps: Radiance .hdr and OpenEXR.
+//! Reads equirectangular maps: OpenEXR, and Radiance .hdr by `hdr`.
 
-use std::fs::File;
-use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
 use glam::Vec3;
-use image::ImageDecoder;
-use image::codecs::hdr::HdrDecoder;
 
-use super::{MOST_TEXELS, Panorama};
-use crate::error::said;
+use super::{MOST_TEXELS, Panorama, hdr};
 use crate::layers::Layers;
-use crate::output::read as input;
 use crate::{Error, Result};
 
 /// Texels a side at most.
 const SIDE_MAX: u32 = 16384;
-
-/// Bytes of a Radiance file's header at most: it is some lines of text.
-const HEADER_MAX: u64 = 1 << 16;
 
 /// Reads the map at `path`, by its ending an OpenEXR file (R, G, B) or a Radiance one, and halves it until it has at most
 /// [`MOST_TEXELS`], and `max_texture` texels a side. Also returns a sentence about everything that was changed.
@@ -27,9 +18,9 @@ const HEADER_MAX: u64 = 1 << 16;
 /// [`Error::File`] for what is missing, damaged, or needs more memory than half of what is free: known from its header.
 pub fn read(path: &Path, max_texture: Option<u32>) -> Result<(Panorama, Vec<String>)> {
     let exr = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr"));
-    let mut map = if exr { read_exr(path)? } else { read_hdr(path)? };
+    let (mut map, mut notes) = if exr { (read_exr(path)?, Vec::new()) } else { hdr::read(path)? };
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let mut notes = mend(&mut map.radiance, &name);
+    notes.extend(mend(&mut map.radiance, &name));
     let most = max_texture.map_or(usize::MAX, |texels| texels as usize);
     let whole = (map.width, map.height);
     while map.width * map.height > MOST_TEXELS || map.width.max(map.height) > most {
@@ -52,34 +43,7 @@ fn read_exr(path: &Path) -> Result<Panorama> {
     Ok(Panorama { width: layers.width as usize, height: layers.height as usize, radiance })
 }
 
-fn read_hdr(path: &Path) -> Result<Panorama> {
-    let length = input::about(path, "a Radiance image")?.len();
-    let broken = |e| Error::file(path, format!("is not a readable Radiance image ({}); save it again", said(&e)));
-    let failed = |e: std::io::Error| input::unreadable(path, &e);
-    let mut file = File::open(path).map_err(failed)?;
-    // The decoder keeps the header, however long it is.
-    let mut start = Vec::new();
-    (&mut file).take(HEADER_MAX).read_to_end(&mut start).map_err(failed)?;
-    if !start.windows(2).any(|pair| pair == b"\n\n") {
-        return Err(Error::file(path, "is not a readable Radiance image (its header does not end); save it again"));
-    }
-    file.rewind().map_err(failed)?;
-    let decoder = HdrDecoder::new(BufReader::new(file)).map_err(broken)?;
-    let (width, height) = decoder.dimensions();
-    check_size(path, width, height)?;
-    let texels = width as usize * height as usize;
-    // Run lengths make 127 texels of 8 bytes at best.
-    input::check_length(path, length >= texels as u64 / 64)?;
-    // As the decoder holds it, as it is read, and as radiance.
-    input::check_memory(path, 40 * texels as u64, "map")?;
-    // Zeros cost nothing until they are overwritten: a file may claim more than it holds.
-    let mut channels = vec![0.0_f32; 3 * texels];
-    decoder.read_image(bytemuck::cast_slice_mut(&mut channels)).map_err(broken)?;
-    let radiance = channels.chunks_exact(3).map(Vec3::from_slice).collect();
-    Ok(Panorama { width: width as usize, height: height as usize, radiance })
-}
-
-fn check_size(path: &Path, width: u32, height: u32) -> Result<()> {
+pub(super) fn check_size(path: &Path, width: u32, height: u32) -> Result<()> {
     let sentence = match (width.min(height), width.max(height)) {
         (0, _) => "has no texels; save it again".to_owned(),
         (_, side) if side > SIDE_MAX => format!("has more than {SIDE_MAX} texels a side; make it smaller"),

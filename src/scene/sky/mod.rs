@@ -1,11 +1,12 @@
 //! A sky from an equirectangular map: its texels, what is seen of them along a direction, and what renderers need of it: its
-//! bright part as lights (`bright`) and the rest as means over cones (`levels`). `file` reads maps.
+//! bright part as lights (`bright`) and the rest as means over cones (`levels`). `file` and `hdr` read maps.
 //!
 //! The middle of a map is towards +X, what lies to its right towards +Z, its top is +Y, as three.js, Blender's exporter and the
 //! Khronos sample viewer have it.
 
 mod bright;
 mod file;
+mod hdr;
 mod levels;
 
 use std::f64::consts::{PI, TAU};

@@ -109,6 +109,36 @@ fn textures_are_held_against_the_machine_and_the_device() {
     let options = LoadOptions { memory: limit(64), texture_memory: limit(2), ..LoadOptions::default() };
     let sentence = load(24, 4096, options);
     assert!(sentence.contains("402.7 million texels, which need 2304 MiB on the device"), "{sentence}");
+    // Known from the header: not a texel is decoded.
+    let texture_side = Some((16384, "the 16384 texels a side of an image of the test".to_owned()));
+    let sentence = load(1, 16384, LoadOptions { memory: limit(16), texture_side, ..LoadOptions::default() });
+    let words = "has a texture of 16384 × 16384 texels, which needs more than the 16384 texels a side of an image of the test";
+    assert!(sentence.contains(words) && sentence.contains("--max-texture"), "{sentence}");
+}
+
+/// Two bytes of text are a scene of forty-eight in memory.
+#[test]
+fn a_file_has_a_bounded_number_of_scenes() {
+    let folder = folder();
+    let text = triangle(INLINE).to_string().replace(r#""scenes":["#, &format!(r#""scenes":[{}"#, "{},".repeat(1_000_000)));
+    fs::write(folder.path().join("scenes.gltf"), text).unwrap();
+    refused(folder.path(), "scenes.gltf", &["is not valid glTF", "a list of at most 65536"]);
+}
+
+/// Some bytes that state as many instances as they like, of a node or of many.
+#[test]
+fn instances_without_data_are_added_up() {
+    let folder = folder();
+    for (nodes, instances) in [(1, 1_000_000), (1, 16_385), (20_000, 100)] {
+        let mut scene = triangle(INLINE);
+        scene["extensionsUsed"] = json!(["EXT_mesh_gpu_instancing"]);
+        scene["accessors"].as_array_mut().unwrap().push(json!({"componentType": 5126, "count": instances, "type": "VEC3"}));
+        let instanced = json!({"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}});
+        scene["nodes"] = Value::Array(vec![instanced; nodes]);
+        scene["scenes"][0]["nodes"] = (0..nodes).collect();
+        write(folder.path(), "many.gltf", &scene);
+        refused(folder.path(), "many.gltf", &["instances of meshes without data", "more than the 16384 that are read"]);
+    }
 }
 
 #[test]

@@ -423,3 +423,31 @@ fn repairable_attributes_are_repaired_with_a_warning() {
     assert_eq!((&mesh.normals[..], mesh.uvs[0][0], mesh.colors[0]), (&[Vec3::Z; 4][..], Vec2::ZERO, Vec4::ONE));
     assert_eq!(scene.warnings.len(), 3);
 }
+
+/// KHR_node_visibility hides meshes and lights at a node and below it, and neither cameras nor joints.
+#[test]
+fn hidden_nodes_show_nothing() {
+    let hidden = json!({"KHR_node_visibility": {"visible": false}});
+    let shown = json!({"KHR_node_visibility": {"visible": true}});
+    let mut file = File::triangle();
+    file.json["extensionsUsed"] = json!(["KHR_node_visibility", "KHR_lights_punctual"]);
+    file.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point"}]}});
+    file.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}}));
+    let light = json!({"KHR_lights_punctual": {"light": 0}});
+    let lamp = file.push("nodes", json!({"extensions": light}));
+    // What is shown below what is hidden is hidden.
+    let child = file.push("nodes", json!({"mesh": 0, "camera": 0, "extensions": shown, "children": [lamp]}));
+    let parent = file.node(json!({"children": [child], "extensions": hidden}));
+    let instanced = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}, "KHR_node_visibility": {"visible": false}});
+    file.node(json!({"mesh": 0, "extensions": instanced}));
+    let counts = |file: &File| {
+        let scene = file.scene();
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        (scene.instances.len(), scene.lights.len(), scene.cameras.len())
+    };
+    assert_eq!(counts(&file), (1, 0, 1));
+    for seen in [json!({}), json!({"KHR_node_visibility": {}}), shown] {
+        file.json["nodes"][parent]["extensions"] = seen;
+        assert_eq!(counts(&file), (2, 1, 1));
+    }
+}

@@ -3,7 +3,9 @@
 use super::files::{File, png};
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::json;
-use twobounce::scene::Alpha;
+use twobounce::scene::surface::SurfacePoint;
+use twobounce::scene::texture::Textures;
+use twobounce::scene::{Alpha, Scene};
 
 #[test]
 fn materials_keep_every_factor_and_slot() {
@@ -119,4 +121,121 @@ fn texture_transforms_follow_the_extensions_example() {
         // f32 rounding of a sine and a cosine.
         assert!((slot.transform.transform_point2(uv) - expected).length() < 1e-6);
     }
+}
+
+/// What the extension states is what is seen: the diffuse colour, the reflectance head on, the roughness.
+#[test]
+fn specular_and_glossiness_are_converted() {
+    let material = |extension: serde_json::Value| {
+        let mut file = File::quad();
+        file.json["extensionsUsed"] = json!(["KHR_materials_pbrSpecularGlossiness"]);
+        file.material(json!({"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1], "metallicFactor": 0.5},
+            "extensions": {"KHR_materials_pbrSpecularGlossiness": extension}}));
+        let scene = file.scene();
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        scene.materials[1].clone()
+    };
+    let m = material(
+        json!({"diffuseFactor": [0.1, 0.6, 0.2, 0.5], "specularFactor": [0.04, 0.5, 0.0], "glossinessFactor": 0.25}),
+    );
+    assert_eq!((m.base_color, m.metallic, m.roughness), (Vec4::new(0.1, 0.6, 0.2, 0.5), 0.0, 0.75));
+    let point = SurfacePoint { uvs: [Vec2::ZERO; 2], color: Vec4::ONE, footprint: [0.0; 2] };
+    let surface = m.evaluate(&Scene::default(), &Textures::default(), &point);
+    assert_eq!(
+        (surface.base_color, surface.f0, surface.f90),
+        (Vec3::new(0.1, 0.6, 0.2), Vec3::new(0.04, 0.5, 0.0), 1.0)
+    );
+    let absent = material(json!({}));
+    assert_eq!((absent.base_color, absent.roughness, absent.specular_color), (Vec4::ONE, 0.0, Vec3::ONE));
+    assert_eq!(absent.ior, 0.0);
+}
+
+#[test]
+fn textures_of_specular_and_glossiness_are_converted() {
+    let mut file = File::quad();
+    // Specular (250, 10, 20), glossiness 0 and 1, of one texture that two materials read by factors of their own.
+    let texture = file.texture(&png(2, 1, &[250, 10, 20, 0, 250, 10, 20, 255]));
+    let diffuse = file.texture(&png(1, 1, &[9, 8, 7, 6]));
+    for glossiness in [1.0, 0.5] {
+        let extension = json!({"diffuseTexture": {"index": diffuse}, "specularGlossinessTexture": {"index": texture, "texCoord": 1},
+            "glossinessFactor": glossiness});
+        file.material(json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": extension}}));
+    }
+    let scene = file.scene();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let image = |slot: Option<twobounce::scene::TextureRef>| {
+        &scene.images[scene.textures[slot.unwrap().texture].image].rgba[..]
+    };
+    let [first, second] = [1, 2].map(|i| &scene.materials[i]);
+    assert_eq!((first.roughness, first.metallic, scene.images.len()), (1.0, 0.0, 4));
+    assert_eq!(image(first.base_color_texture), [9, 8, 7, 6]);
+    assert_eq!(image(first.specular_color_texture), [250, 10, 20, 0, 250, 10, 20, 255]);
+    assert_eq!(first.specular_color_texture.unwrap().uv_set, 1);
+    // Roughness is green: 1 − factor · alpha.
+    assert_eq!(image(first.metallic_roughness_texture), [0, 255, 0, 255, 0, 0, 0, 255]);
+    assert_eq!(image(second.metallic_roughness_texture), [0, 255, 0, 255, 0, 128, 0, 255]);
+    // Without its image a material has its factors alone.
+    file.json["images"][0] = json!({"uri": "none.png"});
+    let scene = file.scene();
+    assert_eq!([1, 2].map(|i| scene.materials[i].roughness), [0.0, 0.5]);
+    assert!(scene.materials[1].metallic_roughness_texture.is_none());
+}
+
+#[test]
+fn a_wrong_specular_and_glossiness_is_refused() {
+    for (wrong, part) in [
+        (json!(3), "it is no object"),
+        (json!({"diffuseFactor": [1, 1, 1]}), "is not valid"),
+        (json!({"glossinessFactor": "high"}), "is not valid"),
+        (json!({"diffuseTexture": {"index": 7}}), "texture 7 is used but does not exist"),
+    ] {
+        let mut file = File::quad();
+        file.material(json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": wrong}}));
+        let refusal = file.load().unwrap_err();
+        assert!(refusal.contains(part), "{refusal}");
+    }
+}
+
+/// A quad with four sets of texture coordinates: the first vertex of set n is at (n, 1).
+fn quad_of_sets() -> File {
+    let mut file = File::quad();
+    for set in 0..4 {
+        let uvs = file.floats("VEC2", &[set as f32, 1.0].repeat(4));
+        file.json["meshes"][0]["primitives"][0]["attributes"][format!("TEXCOORD_{set}")] = json!(uvs);
+    }
+    file
+}
+
+#[test]
+fn textures_on_any_two_sets_are_drawn_from_these() {
+    for (base, emissive, first, second) in
+        [(2, 2, 2, 1), (2, 3, 2, 3), (3, 1, 3, 1), (0, 3, 0, 3), (3, 0, 0, 3), (1, 0, 0, 1), (1, 1, 0, 1)]
+    {
+        let mut file = quad_of_sets();
+        let texture = file.texture(&png(1, 1, &[255; 4]));
+        file.material(json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": texture, "texCoord": base}},
+            "occlusionTexture": {"index": texture, "texCoord": 5},
+            "emissiveTexture": {"index": texture, "extensions": {"KHR_texture_transform": {"texCoord": emissive}}}}));
+        let scene = file.scene();
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        let at = |slot: Option<twobounce::scene::TextureRef>| scene.meshes[0].uvs[slot.unwrap().uv_set][0].x;
+        let m = &scene.materials[1];
+        assert_eq!([at(m.base_color_texture), at(m.emissive_texture)], [base as f32, emissive as f32]);
+        assert_eq!([0, 1].map(|set| scene.meshes[0].uvs[set][0].x), [first as f32, second as f32]);
+    }
+}
+
+/// The note says which textures are wrong.
+#[test]
+fn a_third_set_in_one_material_gets_a_note() {
+    let mut file = quad_of_sets();
+    let texture = file.texture(&png(1, 1, &[255; 4]));
+    let slot = |set: u32| json!({"index": texture, "texCoord": set});
+    file.material(json!({"pbrMetallicRoughness": {"baseColorTexture": slot(2), "metallicRoughnessTexture": slot(3)},
+        "normalTexture": slot(3), "emissiveTexture": slot(1)}));
+    let scene = file.scene();
+    assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
+    let note = "material 0 reads more than two sets of texture coordinates; its textures on set 1 lie as set 2 says";
+    assert!(scene.warnings[0].starts_with(note), "{:?}", scene.warnings);
+    assert_eq!([0, 1].map(|set| scene.meshes[0].uvs[set][0].x), [2.0, 3.0]);
 }

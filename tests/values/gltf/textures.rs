@@ -1,5 +1,7 @@
 //! Textures in the formats of extensions, WebP and KTX 2 (`compressed/make.mjs` made the files).
 
+use std::io::Write;
+
 use super::damage::{change_bytes, check};
 use super::files::{File, png, write};
 use crate::random::Random;
@@ -96,7 +98,9 @@ fn wrong_headers_of_ktx_2_are_refused_by_name() {
     };
     let descriptor = u32::from_le_bytes(UASTC[48..52].try_into().unwrap()) as usize;
     for (at, value, expected) in [
-        (12, 37, "holds texels that are not in Basis Universal's formats"),
+        (12, 37, "has a largest level of another size"),
+        (12, 131, "holds texels that are not of 8 or 16 bits a channel"),
+        (12, 97, "holds texels that are not of 8 or 16 bits a channel"),
         (20, 0, "is no image of two dimensions"),
         (28, 1, "is no image of two dimensions"),
         (32, 2, "is no image of two dimensions"),
@@ -137,6 +141,117 @@ fn wrong_headers_of_ktx_2_are_refused_by_name() {
     let level = u64::from_le_bytes(torn[80..88].try_into().unwrap()) as usize;
     torn[level + 20..].fill(0);
     refused(torn, "has a damaged largest level");
+}
+
+/// A file of 2 × 2 texels of Vulkan's format `number`, whose only level is stored in that scheme.
+fn plain_ktx2(number: u32, scheme: u32, texels: &[u8], key_values: &[u8]) -> Vec<u8> {
+    let stored = match scheme {
+        2 => zstd::encode_all(texels, 3).unwrap(),
+        3 => {
+            let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::default());
+            encoder.write_all(texels).unwrap();
+            encoder.finish().unwrap()
+        }
+        _ => texels.to_vec(),
+    };
+    let mut bytes = b"\xABKTX 20\xBB\r\n\x1A\n".to_vec();
+    let words = [number, 1, 2, 2, 0, 0, 1, 1, scheme, 0, 0, 104, key_values.len() as u32, 0, 0, 0, 0];
+    bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+    let level = [104 + key_values.len() as u64, stored.len() as u64, texels.len() as u64];
+    bytes.extend(level.iter().flat_map(|long| long.to_le_bytes()));
+    [bytes, key_values.to_vec(), stored].concat()
+}
+
+/// A texture may name plain texels by its own source, without an extension.
+fn plain_image(bytes: &[u8]) -> Result<(Vec<u8>, Vec<String>), String> {
+    let mut file = File::quad();
+    let texture = file.texture(bytes);
+    file.material(json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": texture}}}));
+    let scene = file.load()?;
+    Ok((scene.images.first().map(|image| image.rgba.clone()).unwrap_or_default(), scene.warnings))
+}
+
+#[test]
+fn plain_texels_of_ktx_2_are_read() {
+    // Red, green, blue and alpha of four texels.
+    let rgba: Vec<u8> = (0..16).map(|i| 15 * i).collect();
+    let texels =
+        |channels: &[usize]| -> Vec<u8> { rgba.chunks(4).flat_map(|t| channels.iter().map(|c| t[*c])).collect() };
+    let shown = |channels: &[usize]| -> Vec<u8> {
+        rgba.chunks(4)
+            .flat_map(|t| (0..4).map(|c| if channels.contains(&c) { t[c] } else { [0, 0, 0, 255][c] }))
+            .collect()
+    };
+    for (numbers, channels) in [
+        ([9, 15], &[0][..]),
+        ([16, 22], &[0, 1]),
+        ([23, 29], &[0, 1, 2]),
+        ([30, 36], &[2, 1, 0]),
+        ([37, 43], &[0, 1, 2, 3]),
+        ([51, 57], &[0, 1, 2, 3]),
+        ([44, 50], &[2, 1, 0, 3]),
+    ] {
+        for (number, scheme) in numbers.into_iter().flat_map(|number| [0, 2, 3].map(|scheme| (number, scheme))) {
+            let (image, warnings) = plain_image(&plain_ktx2(number, scheme, &texels(channels), &[])).unwrap();
+            assert_eq!((image, warnings.len()), (shown(channels), 0), "format {number}, scheme {scheme}: {warnings:?}");
+        }
+    }
+    for (number, channels) in [(70, &[0][..]), (77, &[0, 1]), (84, &[0, 1, 2]), (91, &[0, 1, 2, 3])] {
+        // 257 times a byte is the same share of 65535.
+        let wide: Vec<u8> = texels(channels).iter().flat_map(|b| [*b, *b]).collect();
+        let (image, warnings) = plain_image(&plain_ktx2(number, 2, &wide, &[])).unwrap();
+        assert_eq!((image, warnings.len()), (shown(channels), 1), "{warnings:?}");
+        assert!(warnings[0].contains("16 bits per channel are rounded to 8"), "{warnings:?}");
+    }
+}
+
+#[test]
+fn key_values_of_ktx_2_say_how_texels_are_shown() {
+    let entry = |text: &[u8]| {
+        let mut bytes = (text.len() as u32).to_le_bytes().to_vec();
+        bytes.extend(text);
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+        bytes
+    };
+    let shown = |key_values: &[u8]| plain_image(&plain_ktx2(9, 0, &[10, 20, 30, 40], key_values)).unwrap().0;
+    let grey = shown(&[entry(b"KTXorientation\0rd\0"), entry(b"KTXswizzle\0rrr1\0")].concat());
+    assert_eq!(grey, [[10, 10, 10, 255], [20, 20, 20, 255], [30, 30, 30, 255], [40, 40, 40, 255]].concat());
+    let reds = |key_values: &[u8]| shown(key_values).iter().step_by(4).copied().collect::<Vec<u8>>();
+    assert_eq!(reds(&entry(b"KTXorientation\0ru\0")), [30, 40, 10, 20]);
+    assert_eq!(reds(&entry(b"KTXorientation\0ld\0")), [20, 10, 40, 30]);
+    for odd in [&entry(b"KTXswizzle\0rrr9\0")[..], &entry(b"KTXswizzle"), b"\xff\xff\xff\xff", b"\x09\0\0\0KTX", &[1]] {
+        assert_eq!(reds(odd), [10, 20, 30, 40], "{odd:?}");
+    }
+}
+
+#[test]
+fn damaged_plain_texels_of_ktx_2_get_a_note() {
+    let texels = [7; 12];
+    let mut long = plain_ktx2(23, 0, &texels, &[]);
+    long.push(0);
+    long[88] += 1;
+    let mut torn = [2, 3].map(|scheme| plain_ktx2(23, scheme, &texels, &[]));
+    torn.iter_mut().for_each(|bytes| bytes[108..].fill(0xff));
+    let mut vast = plain_ktx2(23, 2, &texels, &[]);
+    vast[20..28].fill(0xff);
+    let mut wide = plain_ktx2(23, 2, &texels, &[]);
+    wide[20..24].copy_from_slice(&65536u32.to_le_bytes());
+    wide[96..104].copy_from_slice(&(65536u64 * 2 * 3).to_le_bytes());
+    let [zstd, zlib] = torn;
+    for (bytes, expected) in [
+        (plain_ktx2(23, 0, &texels[1..], &[]), "has a largest level of another size"),
+        (plain_ktx2(23, 2, &texels[1..], &[]), "has a largest level of another size"),
+        (plain_ktx2(23, 1, &texels, &[]), "is supercompressed in a way that its format excludes"),
+        (long, "has a largest level of another size"),
+        (zstd, "has a damaged largest level"),
+        (zlib, "has a damaged largest level"),
+        (vast, "has a largest level of another size"),
+    ] {
+        let (image, notes) = plain_image(&bytes).unwrap();
+        let said = notes.len() == 1 && notes[0].contains(expected);
+        assert!(image.is_empty() && said, "{expected}: {image:?} {notes:?}");
+    }
+    assert!(plain_image(&wide).unwrap_err().contains("has more than 16384 texels a side"));
 }
 
 /// A header that states 16,384² texels over a few bytes of zstd: counted before anything is made of it.

@@ -93,7 +93,7 @@ fn a_texture_without_an_image_is_left_out_with_a_note() {
 #[test]
 fn required_extensions_refuse_only_where_geometry_or_decoding_depend_on_them() {
     let mut file = File::quad();
-    for name in ["KHR_materials_variants", "KHR_materials_pbrSpecularGlossiness", "EXT_lights_image_based"] {
+    for name in ["KHR_materials_variants", "ADOBE_materials_thin_transparency", "EXT_lights_image_based"] {
         file.json["extensionsUsed"] = json!([name]);
         file.json["extensionsRequired"] = json!([name]);
         let scene = file.scene();
@@ -184,4 +184,64 @@ fn a_mesh_with_a_skin_is_loaded_for_each_node_and_none_is_noted() {
     file.push("skins", json!({"joints": [0]}));
     let scene = file.scene();
     assert_eq!((scene.instances.len(), scene.deformers.len(), scene.warnings.len()), (4, 3, 0));
+}
+
+/// Data URIs as exporters and text editors leave them.
+#[test]
+fn data_uris_may_be_broken_into_lines_and_percent_encoded() {
+    const PLAIN: &str = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAPg8";
+    let with = |uri: &str| {
+        let mut file = File::triangle();
+        file.json["buffers"][0] = json!({"byteLength": 36, "uri": uri});
+        load_bytes("scene.gltf", file.json.to_string().as_bytes()).map(|scene| scene.meshes[0].positions.clone())
+    };
+    let plain = with(&format!("data:application/octet-stream;base64,{PLAIN}")).unwrap();
+    assert_eq!((plain.len(), plain[1]), (3, glam::Vec3::X));
+    let lines = PLAIN.as_bytes().chunks(7).map(|part| std::str::from_utf8(part).unwrap()).collect::<Vec<_>>();
+    for uri in [
+        format!("data:application/octet-stream;base64,{}", lines.join("\n")),
+        format!("data:application/octet-stream;base64,\r\n{}\r\n", lines.join("\r\n    ")),
+        format!("data:application/octet-stream;base64,{}", lines.join("%0D%0A")),
+        format!("data:application/octet-stream;base64,{}%3D%3d", PLAIN.replace('h', "%68")),
+        format!("data:;BASE64,{PLAIN}"),
+        format!("DATA:application/gltf-buffer; base64,{PLAIN}"),
+    ] {
+        assert_eq!(with(&uri).as_ref(), Ok(&plain), "{uri}");
+    }
+    // 0xfb 0xff…: both letters that percent-encoding is for.
+    let odd = |text: &str| with(&format!("data:;base64,{text}{}", "A".repeat(44))).unwrap()[0].x.to_bits();
+    for text in ["+/8B", "%2B%2f8B", "-_8B", "%2B/\n8B"] {
+        assert_eq!(odd(text) & 0xff_ffff, 0x01_fffb, "{text}");
+    }
+    for text in ["AAAA!", "AA=AA", "AAAA%"] {
+        assert!(with(&format!("data:;base64,{text}")).unwrap_err().contains("not valid base64"), "{text}");
+    }
+}
+
+/// Zeros where the format has spaces; text behind them is damage.
+#[test]
+fn json_may_end_in_zeros() {
+    let glb = |padding: &[u8]| {
+        let file = File::quad();
+        let json = [file.json.to_string().as_bytes(), padding].concat();
+        let chunk = |kind: &[u8], data: &[u8]| [&(data.len() as u32).to_le_bytes()[..], kind, data].concat();
+        let chunks = [chunk(b"JSON", &json), chunk(b"BIN\0", &file.binary)].concat();
+        [&b"glTF\x02\0\0\0"[..], &(12 + chunks.len() as u32).to_le_bytes(), &chunks].concat()
+    };
+    let load = |name: &str, bytes: &[u8]| load_bytes(name, bytes).map(|scene| scene.triangle_count());
+    for padding in [&b"\0"[..], b"\0\0\0", b"  \0\0", b"\0 \n\0", &vec![0; 3 << 20]] {
+        assert_eq!(load("scene.glb", &glb(padding)), Ok(2), "{} bytes", padding.len());
+    }
+    let mut file = File::quad();
+    file.json["buffers"] = json!([]);
+    file.json["nodes"] = json!([{}]);
+    for key in ["meshes", "accessors", "bufferViews"] {
+        file.json[key] = json!([]);
+    }
+    let text = [file.json.to_string().as_bytes(), b"\0\0"].concat();
+    assert_eq!(load("scene.gltf", &text), Ok(0));
+    for padding in [&b"\0{}"[..], b"\0\0x\0", b"x\0"] {
+        let refusal = load("scene.glb", &glb(padding)).unwrap_err();
+        assert!(refusal.contains("is not valid glTF"), "{refusal}");
+    }
 }

@@ -1,7 +1,9 @@
-//! KHR_texture_basisu: images in KTX 2 containers, with Basis Universal's ETC1S (BasisLZ) or UASTC, plain or with zstd.
+//! Images in KTX 2 containers: KHR_texture_basisu's ETC1S (BasisLZ) or UASTC, plain or with zstd, and plain texels (`plain`).
 //!
 //! The container's header and index are read here (KTX File Format 2.0, sections 3 to 5), and everything that they state is held
 //! against the file before the crate `basisu` decodes the largest level. Smaller levels are made anew.
+
+mod plain;
 
 use std::ops::Range;
 
@@ -16,6 +18,7 @@ const UASTC: u8 = 166;
 const NONE: u32 = 0;
 const BASIS_LZ: u32 = 1;
 const ZSTD: u32 = 2;
+const ZLIB: u32 = 3;
 /// Bytes of the header, and of an entry of the index of levels after it.
 const HEADER: usize = 80;
 const LEVEL: usize = 24;
@@ -34,19 +37,22 @@ pub fn is_ktx2(bytes: &[u8]) -> bool {
 }
 
 /// The size of the largest level in texels.
-/// The error is the end of a sentence, for what is no image of Basis Universal, and for parts that end outside the file.
+/// The error is the end of a sentence, for what is in none of these formats, and for parts that end outside the file.
 pub fn size(bytes: &[u8]) -> Result<(u32, u32), &'static str> {
     let header = bytes.get(..HEADER).ok_or("ends within its header")?;
     let [format, width, height, depth] = [12, 20, 24, 28].map(|at| word(header, at));
     let [layers, faces, levels, scheme] = [32, 36, 40, 44].map(|at| word(header, at));
-    if format != 0 {
-        return Err("holds texels that are not in Basis Universal's formats");
-    }
+    // Plain texels without levels say that a reader makes them; it has the largest one.
+    let levels = if format != 0 && levels == 0 { 1 } else { levels };
     if width == 0 || height == 0 || depth != 0 || layers > 1 || faces != 1 || !(1..=16).contains(&levels) {
         return Err("is no image of two dimensions");
     }
     let index = bytes.get(HEADER..HEADER + LEVEL * levels as usize).ok_or("ends within its header")?;
     let level = part(bytes, long(index, 0), long(index, 8)).ok_or("ends within its largest level")?;
+    if format != 0 {
+        plain_level(bytes)?.check()?;
+        return Ok((width, height));
+    }
     let descriptor = part(bytes, word(header, 48).into(), word(header, 52).into());
     let descriptor = descriptor.filter(|d| DESCRIPTORS.contains(&d.len())).ok_or("has no data format descriptor")?;
     // Blocks of 4 × 4 texels, 16 bytes each in UASTC.
@@ -89,15 +95,34 @@ fn slices_fit(global: &[u8], level: &[u8], levels: usize, with_alpha: bool) -> O
     Some(slice(4) && (!with_alpha || slice(12)))
 }
 
-/// The largest level: 8-bit RGBA, rows from the top, 4 · width · height bytes of the [`size`].
+/// The largest level of a file whose [`size`] is known, in plain texels.
+/// The error is the end of a sentence, for other formats.
+fn plain_level(bytes: &[u8]) -> Result<plain::Level<'_>, &'static str> {
+    let [number, width, height, scheme] = [12, 20, 24, 44].map(|at| word(bytes, at));
+    let format = plain::format(number).ok_or("holds texels that are not of 8 or 16 bits a channel")?;
+    let index = &bytes[HEADER..];
+    let level = part(bytes, long(index, 0), long(index, 8)).ok_or("ends within its largest level")?;
+    let (width, height) = (width as usize, height as usize);
+    Ok(plain::Level { format, width, height, scheme, bytes: level, stated: long(index, 16) })
+}
+
+/// The largest level: 8-bit RGBA, rows from the top, 4 · width · height bytes of the [`size`]; and whether it has 16 bits a channel.
 /// The error is the end of a sentence, for damaged data.
-pub fn decode(bytes: &[u8]) -> Result<Vec<u8>, &'static str> {
+pub fn decode(bytes: &[u8]) -> Result<(Vec<u8>, bool), &'static str> {
     size(bytes)?;
+    if word(bytes, 12) != 0 {
+        let level = plain_level(bytes)?;
+        let data = part(bytes, word(bytes, KEY_VALUES.start).into(), word(bytes, KEY_VALUES.start + 4).into());
+        let shown = plain::Shown::parse(data.unwrap_or_default());
+        return Ok((level.rgba(&shown)?, level.is_deep()));
+    }
     // Key/value data say nothing that is used, and basisu 0.1.0 reads on past damaged ones.
     let mut bytes = bytes.to_vec();
     bytes[KEY_VALUES].fill(0);
     let image = Transcoder::new(&bytes).map_err(|_| "has damaged tables")?;
-    image.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE).map_err(|_| "has a damaged largest level")
+    let rgba =
+        image.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE).map_err(|_| "has a damaged largest level")?;
+    Ok((rgba, false))
 }
 
 /// A part of a file; `None` where it ends outside.

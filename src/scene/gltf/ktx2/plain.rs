@@ -1,0 +1,152 @@
+//! Plain texels of 8 or 16 bits a channel (KTX File Format 2.0, 3.1: `vkFormat`), as they are or compressed by zstd or zlib.
+
+use std::borrow::Cow;
+use std::io::Read;
+
+use super::{NONE, WINDOW_MAX, ZLIB, ZSTD, window};
+
+/// Names of channels in the order of their bytes, and bytes of each.
+#[derive(Clone, Copy)]
+pub struct Format {
+    channels: &'static str,
+    bytes: usize,
+}
+
+/// The format of Vulkan's number; `None` for other numbers than 8 or 16 bits that stand for 0 to 1, and for blocks.
+pub fn format(number: u32) -> Option<Format> {
+    let (channels, bytes) = match number {
+        9 | 15 => ("r", 1),
+        16 | 22 => ("rg", 1),
+        23 | 29 => ("rgb", 1),
+        30 | 36 => ("bgr", 1),
+        // The second pair is packed: its lowest byte is red.
+        37 | 43 | 51 | 57 => ("rgba", 1),
+        44 | 50 => ("bgra", 1),
+        70 => ("r", 2),
+        77 => ("rg", 2),
+        84 => ("rgb", 2),
+        91 => ("rgba", 2),
+        _ => return None,
+    };
+    Some(Format { channels, bytes })
+}
+
+/// What a level of plain texels is made of.
+pub struct Level<'a> {
+    pub format: Format,
+    pub width: usize,
+    pub height: usize,
+    pub scheme: u32,
+    /// As it is stored.
+    pub bytes: &'a [u8],
+    /// Bytes that the index states of the uncompressed level.
+    pub stated: u64,
+}
+
+/// How key/value data say that texels are shown (3.11): which channel of the file each of four is, or 0 or 1, and whether columns begin
+/// on the right and rows below.
+pub struct Shown {
+    pub swizzle: [u8; 4],
+    pub mirrored: [bool; 2],
+}
+
+impl Level<'_> {
+    fn stride(&self) -> usize {
+        self.format.channels.len() * self.format.bytes
+    }
+
+    fn size(&self) -> usize {
+        self.width.saturating_mul(self.height).saturating_mul(self.stride())
+    }
+
+    /// Refuses a level that is not as large as its texels are.
+    /// The error is the end of a sentence.
+    pub fn check(&self) -> Result<(), &'static str> {
+        let (size, largest_window) = (self.size() as u64, WINDOW_MAX.max(self.size() as u64));
+        let fits = match self.scheme {
+            NONE => self.bytes.len() as u64 == size,
+            ZSTD if window(self.bytes).is_some_and(|window| window > largest_window) => {
+                return Err("has a largest level that asks for more memory than it holds");
+            }
+            ZSTD | ZLIB => self.stated == size,
+            _ => return Err("is supercompressed in a way that its format excludes"),
+        };
+        if fits { Ok(()) } else { Err("has a largest level of another size than its header states") }
+    }
+
+    /// As they are in memory; `None` for damaged data.
+    fn texels(&self) -> Option<Cow<'_, [u8]>> {
+        let mut read: Box<dyn FnMut(&mut [u8]) -> Option<usize>> = match self.scheme {
+            ZSTD => {
+                let mut decoder = ruzstd::StreamingDecoder::new(self.bytes).ok()?;
+                Box::new(move |to| ruzstd::io::Read::read(&mut decoder, to).ok())
+            }
+            ZLIB => {
+                let mut decoder = flate2::read::ZlibDecoder::new(self.bytes);
+                Box::new(move |to| decoder.read(to).ok())
+            }
+            _ => return Some(self.bytes.into()),
+        };
+        let (mut texels, mut filled) = (vec![0; self.size()], 0);
+        while filled < texels.len() {
+            filled += read(&mut texels[filled..]).filter(|count| *count > 0)?;
+        }
+        Some(texels.into())
+    }
+
+    /// 8-bit RGBA, rows from the top, 16 bits rounded.
+    /// The error is the end of a sentence, for damaged data.
+    pub fn rgba(&self, shown: &Shown) -> Result<Vec<u8>, &'static str> {
+        let texels = self.texels().ok_or("has a damaged largest level")?;
+        let Format { channels, bytes } = self.format;
+        // Where each of the four is in a texel; what the file has not is dark and opaque.
+        let places = shown.swizzle.map(|name| channels.bytes().position(|channel| channel == name));
+        let absent = shown.swizzle.map(|name| if matches!(name, b'1' | b'a') { 255 } else { 0 });
+        let value = |texel: &[u8], place: usize| match bytes {
+            1 => texel[place],
+            _ => {
+                let wide = u32::from(u16::from_le_bytes([texel[2 * place], texel[2 * place + 1]]));
+                ((wide * 255 + 32767) / 65535) as u8
+            }
+        };
+        let [from_right, from_below] = shown.mirrored;
+        let mut rgba = Vec::with_capacity(4 * self.width * self.height);
+        for y in 0..self.height {
+            let row = if from_below { self.height - 1 - y } else { y };
+            for x in 0..self.width {
+                let column = if from_right { self.width - 1 - x } else { x };
+                let texel = &texels[(row * self.width + column) * self.stride()..];
+                rgba.extend((0..4).map(|c| places[c].map_or(absent[c], |place| value(texel, place))));
+            }
+        }
+        Ok(rgba)
+    }
+
+    /// Whether bits are lost.
+    pub fn is_deep(&self) -> bool {
+        self.format.bytes > 1
+    }
+}
+
+impl Shown {
+    /// Reads key/value data; what is damaged or unknown says nothing.
+    pub fn parse(mut data: &[u8]) -> Self {
+        let mut shown = Self { swizzle: *b"rgba", mirrored: [false; 2] };
+        while let Some((length, rest)) = data.split_at_checked(4) {
+            let length = u32::from_le_bytes([length[0], length[1], length[2], length[3]]) as usize;
+            let Some(entry) = rest.get(..length) else { break };
+            let mut parts = entry.split(|b| *b == 0);
+            let (key, value) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
+            match (key, value) {
+                (b"KTXswizzle", &[r, g, b, a]) if [r, g, b, a].iter().all(|c| b"rgba01".contains(c)) => {
+                    shown.swizzle = [r, g, b, a];
+                }
+                (b"KTXorientation", &[across, down, ..]) => shown.mirrored = [across == b'l', down == b'u'],
+                _ => {}
+            }
+            // Entries begin at multiples of four.
+            data = rest.get(length.next_multiple_of(4)..).unwrap_or_default();
+        }
+        shown
+    }
+}

@@ -17,7 +17,7 @@ use crate::layers::PassMean;
 use crate::memory::Limit;
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::Settings;
-use crate::vk::{FrameLog, Pace, Recorder, RecorderOptions};
+use crate::vk::{FrameLog, Pace, Recorder, RecorderOptions, beside_compiler};
 use crate::{Error, Result};
 
 #[cfg_attr(not(internals), doc(hidden))]
@@ -327,14 +327,14 @@ impl Renderer {
     }
 }
 
-/// What may be taken of a device's memory: what it has left, or `limit` bytes of that.
+/// What may be taken of a device's memory: what it has left, on a CPU what the machine has left beside the driver, or `limit` bytes of
+/// that.
 #[cfg_attr(not(internals), doc(hidden))]
 pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
-    let budget = context.memory_budget();
-    match limit.filter(|bytes| *bytes < budget) {
-        Some(bytes) => Limit { bytes, words: "the --memory-limit".into() },
-        None => Limit { bytes: budget, words: format!("the budget of {}", context.name) },
-    }
+    let budget = Limit { bytes: context.memory_budget(), words: format!("the budget of {}", context.name) };
+    let machine = context.is_cpu.then(beside_compiler).flatten();
+    let asked = limit.map(|bytes| Limit { bytes, words: "the --memory-limit".into() });
+    machine.into_iter().chain(asked).fold(budget, |least, other| if other.bytes < least.bytes { other } else { least })
 }
 
 /// How many triangles, over all instances, a device's buffers hold at most, whatever is known of each, and what says so.

@@ -117,7 +117,7 @@ impl Renderer {
         // Before anything is uploaded: what is too large is refused at once.
         memory.check(settings.voxels, &fixed_plan, |voxels| first_plan(&desc, &packed.trees, voxels))?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
-        let readback = Readback::new(context, &frame.target)?;
+        let readback = Readback::new(context, options.size, desc.outputs)?;
         let (pace, context) = (pace(context, &options), context.clone());
         Ok(Self { context, scene, settings, options, frame, readback, mean: None, fixed_plan, memory, log: None, pace })
     }
@@ -142,11 +142,14 @@ impl Renderer {
         fixed_plan.push(target::readback_plan(size, desc.outputs));
         let plan = |voxels| first_plan(&desc, &self.frame.ground.scene.trees, voxels);
         self.memory.check(settings.voxels, &fixed_plan, plan)?;
+        // It comes before the frame, which must not stay changed where there is no memory for it.
+        let other = size != self.options.size || desc.outputs != target::outputs(&self.options.aovs);
+        let readback = other.then(|| Readback::new(&self.context, size, desc.outputs)).transpose()?;
         self.frame.change(&self.context, &desc)?;
-        self.pace = pace(&self.context, &options);
-        if size != self.options.size || desc.outputs != target::outputs(&self.options.aovs) {
-            self.readback = Readback::new(&self.context, &self.frame.target)?;
+        if let Some(readback) = readback {
+            self.readback = readback;
         }
+        self.pace = pace(&self.context, &options);
         (self.settings, self.options, self.fixed_plan) = (settings, options, fixed_plan);
         Ok(())
     }

@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 use twobounce::output::file;
 
+use super::threads;
+
 /// How long work may take to look at the flag, and then to say how it ended.
 const PATIENCE: Duration = Duration::from_millis(700);
 const LAST_WORDS: Duration = Duration::from_millis(300);
-
-use super::threads;
 
 /// From now on these signals set the flag; the threads that share loops are started, which take no signals. Called before anything
 /// that takes long, and before other threads are started.

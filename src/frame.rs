@@ -316,15 +316,15 @@ impl Frame {
     /// Replaces the buffers that are too small for `counts`; no frame may be in flight. The next frame starts from nothing.
     ///
     /// # Errors
-    /// Too little memory.
+    /// Too little memory; the counts then are as before, and no buffer is smaller.
     pub fn grow(&mut self, context: &Arc<Context>, counts: Counts) -> Result<()> {
         tracing::info!("buffers grow: {:?} to {:?}", self.counts(), counts);
+        // What is replaced is lost, also where the rest finds no memory.
+        self.start_over();
         if counts.blended_samples > self.counts().blended_samples {
             self.image.grow(context, counts.blended_samples)?;
         }
-        self.ground.grow(context, counts)?;
-        self.start_over();
-        Ok(())
+        self.ground.grow(context, counts)
     }
 
     /// The next frame starts from nothing: the last one was not finished, or what it made is gone.

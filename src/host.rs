@@ -344,7 +344,7 @@ impl Prepared {
     /// were.
     ///
     /// # Errors
-    /// As for [`Prepared::new`]; all then is as before.
+    /// As for [`Prepared::new`]; all then is as before, or, where a host's surfaces alone lack memory, changed without them.
     ///
     /// # Safety
     /// No frame is in flight: buffers that it uses are freed.
@@ -354,10 +354,10 @@ impl Prepared {
         let desc = desc(scene, settings, &prepare)?;
         self.memory.check_first(&desc, &self.frame.ground.scene.trees, &given_plan(&prepare))?;
         self.frame.change(&self.context, &desc)?;
-        self.given = given(&self.context, &self.frame, &desc, &prepare)?;
         // SAFETY: the caller's.
         unsafe { self.clear() };
-        (self.voxels, self.prepare) = (settings.voxels, prepare);
+        (self.voxels, self.prepare, self.given) = (settings.voxels, prepare.clone(), None);
+        self.given = given(&self.context, &self.frame, &desc, &prepare)?;
         Ok(())
     }
 

@@ -27,16 +27,38 @@ impl Limit {
     }
 }
 
-/// Bytes of memory that programs can still get, where the system says: of the machine, and of what a container or a service
-/// may take of it.
+/// Bytes of memory that this process can still get, where the system says: of the machine, of what a container or a service may take
+/// of it, and of its own limits.
 pub fn available() -> Option<u64> {
-    let machine = || {
-        let text = fs::read_to_string("/proc/meminfo").ok()?;
-        let line = text.lines().find(|l| l.starts_with("MemAvailable:"))?;
-        line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib << 10)
-    };
+    free().into_iter().chain(addresses()).min()
+}
+
+/// The machine's, and what a container or a service may take of it.
+pub fn free() -> Option<u64> {
+    let machine = fs::read_to_string("/proc/meminfo").ok().and_then(|text| kib(&text, "MemAvailable:"));
     let groups = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
-    machine().into_iter().chain(left_in_groups(&groups, Path::new("/sys/fs/cgroup"))).min()
+    machine.into_iter().chain(left_in_groups(&groups, Path::new("/sys/fs/cgroup"))).min()
+}
+
+/// Bytes of addresses that the process's own limits still allow; `None`: there is no limit.
+pub fn addresses() -> Option<u64> {
+    let [limits, status] = ["limits", "status"].map(|name| fs::read_to_string(format!("/proc/self/{name}")));
+    left_of_limits(&limits.ok()?, &status.ok()?)
+}
+
+/// The same, of the texts of `/proc/self/limits` and `/proc/self/status`.
+fn left_of_limits(limits: &str, status: &str) -> Option<u64> {
+    let left = |(limit, taken)| {
+        let limit = limits.lines().find_map(|line| line.strip_prefix(limit))?.split_whitespace().next()?;
+        Some(limit.parse::<u64>().ok()?.saturating_sub(kib(status, taken)?))
+    };
+    [("Max address space", "VmSize:"), ("Max data size", "VmData:")].into_iter().filter_map(left).min()
+}
+
+/// The bytes that a line of such a text says in KiB.
+fn kib(text: &str, name: &str) -> Option<u64> {
+    let number = text.lines().find_map(|line| line.strip_prefix(name))?.split_whitespace().next()?;
+    number.parse::<u64>().ok().map(|kib| kib << 10)
 }
 
 /// Bytes that the control groups in the text of `/proc/self/cgroup` still allow, those around them too, of both versions.
@@ -108,6 +130,21 @@ mod tests {
         write("memory.max", "90\n");
         write("memory.current", "100\n");
         assert_eq!(left("0::/../elsewhere\n"), Some(0), "a container's own group is what is mounted");
+    }
+
+    #[test]
+    fn the_least_that_any_limit_of_the_process_leaves_counts() {
+        let status = "VmPeak:\t  900 kB\nVmSize:\t  300 kB\nVmData:\t  100 kB\n";
+        let left = |addresses: &str, data: &str| {
+            let limits = format!(
+                "Limit  Soft  Hard  Units\nMax data size  {data}  unlimited  bytes\nMax address space  {addresses}  unlimited  bytes\n"
+            );
+            left_of_limits(&limits, status)
+        };
+        assert_eq!(left("unlimited", "unlimited"), None);
+        assert_eq!(left("1024000", "unlimited"), Some(1024000 - 300 * 1024));
+        assert_eq!(left("1024000", "102401"), Some(1));
+        assert_eq!(left("1024", "unlimited"), Some(0), "a limit that was lowered");
     }
 
     #[test]

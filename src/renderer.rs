@@ -18,7 +18,7 @@ use crate::layers::PassMean;
 use crate::memory::Limit;
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::Settings;
-use crate::vk::{FrameLog, Pace, Recorder, RecorderOptions};
+use crate::vk::{FrameLog, Pace, Recorder, RecorderOptions, beside_compiler};
 use crate::{Error, Result};
 
 #[cfg_attr(not(internals), doc(hidden))]
@@ -128,7 +128,7 @@ impl Renderer {
         let memory = MemoryCheck::new(context, options.memory_limit, &scene);
         memory.check_first(&desc, &packed.trees, &fixed_plan)?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
-        let readback = Readback::new(context, &frame.target)?;
+        let readback = Readback::new(context, options.size, desc.outputs)?;
         let (pace, context) = (pace(context, &options), context.clone());
         Ok(Self { context, scene, settings, options, frame, readback, mean: None, fixed_plan, memory, log: None, pace })
     }
@@ -152,11 +152,14 @@ impl Renderer {
         fixed_plan.pop();
         fixed_plan.push(target::readback_plan(size, desc.outputs));
         self.memory.check_first(&desc, &self.frame.ground.scene.trees, &fixed_plan)?;
+        // It comes before the frame, which must not stay changed where there is no memory for it.
+        let other = size != self.options.size || desc.outputs != target::outputs(&self.options.aovs);
+        let readback = other.then(|| Readback::new(&self.context, size, desc.outputs)).transpose()?;
         self.frame.change(&self.context, &desc)?;
-        self.pace = pace(&self.context, &options);
-        if size != self.options.size || desc.outputs != target::outputs(&self.options.aovs) {
-            self.readback = Readback::new(&self.context, &self.frame.target)?;
+        if let Some(readback) = readback {
+            self.readback = readback;
         }
+        self.pace = pace(&self.context, &options);
         (self.settings, self.options, self.fixed_plan) = (settings, options, fixed_plan);
         Ok(())
     }
@@ -338,14 +341,14 @@ impl Renderer {
     }
 }
 
-/// What may be taken of a device's memory: what it has left, or `limit` bytes of that.
+/// What may be taken of a device's memory: what it has left, on a CPU what the machine has left beside the driver, or `limit` bytes of
+/// that.
 #[cfg_attr(not(internals), doc(hidden))]
 pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
-    let budget = context.memory_budget();
-    match limit.filter(|bytes| *bytes < budget) {
-        Some(bytes) => Limit { bytes, words: "the --memory-limit".into() },
-        None => Limit { bytes: budget, words: format!("the budget of {}", context.name) },
-    }
+    let budget = Limit { bytes: context.memory_budget(), words: format!("the budget of {}", context.name) };
+    let machine = context.is_cpu.then(beside_compiler).flatten();
+    let asked = limit.map(|bytes| Limit { bytes, words: "the --memory-limit".into() });
+    machine.into_iter().chain(asked).fold(budget, |least, other| if other.bytes < least.bytes { other } else { least })
 }
 
 /// How many texels a side an image of a device has, in which a texture lies with its mips, and what says so.

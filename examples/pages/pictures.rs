@@ -113,7 +113,7 @@ fn make_lists(context: &Arc<Context>, frame: &mut Frame, pose: &Pose) -> Result<
 }
 
 fn render(context: &Arc<Context>, frame: &mut Frame, scene: &Scene, pose: &Pose) -> Result<twobounce::layers::Layers> {
-    let readback = Readback::new(context, &frame.target)?;
+    let readback = Readback::new(context, frame.target.size(), frame.target.shape().outputs)?;
     let mut recorder = Recorder::new(context, RecorderOptions::default())?;
     frame.record(&mut recorder, 0, &Seen { scene, pose, view: &scene.view(pose, 0), image: Some(0) });
     readback.record(&mut recorder, &frame.target);

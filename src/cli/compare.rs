@@ -14,7 +14,7 @@ use twobounce::output::file;
 use twobounce::{Error, Result};
 
 use super::args::number;
-use super::outputs;
+use super::{outputs, threads};
 use crate::say;
 
 /// Version of the JSON report.
@@ -135,6 +135,7 @@ impl Compared {
 pub fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
     let picture = args.out.as_ref().map(|folder| folder.join(PICTURE));
     outputs::check(&[Some(&args.image), Some(&args.reference), picture.as_ref()], &[args.json.as_ref()])?;
+    threads::start_pool()?;
     if let Some(folder) = args.out.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
         return Err(Error::file(folder, "is a file; --out takes a folder").into());
     }

@@ -1,16 +1,26 @@
-//! Ctrl-C, SIGTERM and SIGHUP set a flag that long work looks at between steps, and then stops cleanly. What has not stopped soon
-//! is ended all the same, as after a second signal, but not while a file is being written.
+//! Ctrl-C, SIGTERM, SIGHUP and SIGXCPU (`ulimit -t`) set a flag that long work looks at between steps, and then stops cleanly. What
+//! has not stopped soon is ended all the same, as after a second signal, but not while a file is being written.
 
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::{Duration, Instant};
 
 use twobounce::output::file;
 
+use super::threads;
+
 /// How long work may take to look at the flag, and then to say how it ended.
-const PATIENCE: Duration = Duration::from_millis(1200);
+const PATIENCE: Duration = Duration::from_millis(700);
 const LAST_WORDS: Duration = Duration::from_millis(300);
 
-pub use imp::install;
+/// From now on these signals set the flag; the threads that share loops are started, which take no signals. Called before anything
+/// that takes long, and before other threads are started.
+///
+/// # Errors
+/// One sentence where the system allows no threads.
+pub fn install() -> anyhow::Result<()> {
+    imp::install()?;
+    Ok(threads::start_pool()?)
+}
 
 /// The flag.
 pub static PRESSED: AtomicBool = AtomicBool::new(false);
@@ -33,15 +43,20 @@ fn signalled(exit_code: u8) {
     if PRESSED.swap(true, Ordering::Relaxed) {
         end();
     }
-    std::thread::spawn(|| {
-        std::thread::sleep(PATIENCE);
-        let waiting = Instant::now();
-        drop(file::wait_for_writes());
-        if waiting.elapsed() > LAST_WORDS / 10 {
-            std::thread::sleep(LAST_WORDS);
-        }
-        end();
-    });
+    // Where no thread is to be had, a second signal waits as well.
+    if threads::spawn(end_soon).is_err() {
+        end_soon();
+    }
+}
+
+fn end_soon() {
+    std::thread::sleep(PATIENCE);
+    let waiting = Instant::now();
+    drop(file::wait_for_writes());
+    if waiting.elapsed() > LAST_WORDS / 10 {
+        std::thread::sleep(LAST_WORDS);
+    }
+    end();
 }
 
 /// Ends the program at once: destructors would wait for the device.
@@ -53,15 +68,17 @@ fn end() -> ! {
 
 #[cfg(unix)]
 mod imp {
-    /// From now on these signals set the flag: a thread of its own takes them, so that they interrupt no call. Called before anything that
-    /// takes long, and before other threads are started.
-    pub fn install() -> anyhow::Result<()> {
+    use crate::cli::threads;
+
+    /// A thread of its own takes the signals, so that they interrupt no call.
+    pub(super) fn install() -> anyhow::Result<()> {
         // SAFETY: the set is initialised before it is used, and all pointers are valid for their calls.
         let signals = unsafe {
             let mut signals = std::mem::zeroed();
             libc::sigemptyset(&mut signals);
             libc::sigaddset(&mut signals, libc::SIGINT);
             libc::sigaddset(&mut signals, libc::SIGTERM);
+            libc::sigaddset(&mut signals, libc::SIGXCPU);
             let mut before: libc::sigaction = std::mem::zeroed();
             libc::sigaction(libc::SIGHUP, std::ptr::null(), &mut before);
             // `nohup` asks for it to be ignored.
@@ -72,7 +89,7 @@ mod imp {
             anyhow::ensure!(result == 0, "signals cannot be handled (error {result})");
             signals
         };
-        std::thread::spawn(move || {
+        threads::spawn(move || {
             loop {
                 let mut signal = 0;
                 // SAFETY: both pointers are valid.
@@ -80,7 +97,7 @@ mod imp {
                     super::signalled((128 + signal) as u8);
                 }
             }
-        });
+        })?;
         Ok(())
     }
 
@@ -92,8 +109,7 @@ mod imp {
 
 #[cfg(not(unix))]
 mod imp {
-    /// From now on Ctrl-C sets the flag.
-    pub fn install() -> anyhow::Result<()> {
+    pub(super) fn install() -> anyhow::Result<()> {
         Ok(ctrlc::set_handler(|| super::signalled(130))?)
     }
 

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use twobounce::vk::Step;
 
+use super::threads;
 use course::Course;
 
 /// How often the line is written again where there is no terminal, and on one.
@@ -53,7 +54,8 @@ pub struct Work(());
 impl Work {
     pub fn begin(text: &str) -> Self {
         static WRITER: Once = Once::new();
-        WRITER.call_once(|| drop(std::thread::spawn(write_now_and_then)));
+        // Without a thread there is no line.
+        WRITER.call_once(|| drop(threads::spawn(write_now_and_then)));
         line().work = Some(Shown::new(text.to_owned(), Instant::now()));
         Self(())
     }

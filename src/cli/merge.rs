@@ -15,7 +15,7 @@ use twobounce::stability::row::Row as StabilityRow;
 use twobounce::stability::{self, export};
 use twobounce::{Error, Result};
 
-use super::outputs;
+use super::{outputs, threads};
 use crate::say;
 
 /// Folders of `chart`, `study --rows` and `stability` become one folder with every row and one page; rows that two of them have must
@@ -37,6 +37,7 @@ pub struct MergeArgs {
 }
 
 pub fn run(args: &MergeArgs) -> anyhow::Result<ExitCode> {
+    threads::start_pool()?;
     let charts = |part: &PathBuf| ChartRow::KIND.marks(part);
     let stability = |part: &PathBuf| StabilityRow::KIND.marks(part);
     if args.parts.iter().all(|part| part.is_file()) {

@@ -13,6 +13,7 @@ mod info;
 mod interrupt;
 mod lab;
 mod ledger;
+mod limits;
 mod line;
 mod make_assets;
 mod merge;
@@ -30,6 +31,7 @@ mod share;
 mod shell;
 mod stability;
 mod study;
+mod threads;
 #[cfg(feature = "window")]
 mod view;
 mod words;
@@ -98,6 +100,7 @@ enum Command {
 
 /// Parses and runs the command line, reports an error, and says how it ended.
 pub fn main() -> ExitCode {
+    limits::begin();
     out::init_log();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,

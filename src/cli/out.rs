@@ -27,6 +27,26 @@ pub fn leave_to(files: &[Option<&PathBuf>]) {
     GIVEN_AWAY.store(files.iter().flatten().any(|path| file::is_standard(path)), Ordering::Relaxed);
 }
 
+/// Whether standard output could not be written when the program began.
+pub fn is_closed() -> bool {
+    CLOSED.load(Ordering::Relaxed)
+}
+
+static CLOSED: AtomicBool = AtomicBool::new(false);
+
+/// The loader calls it before `main`: by then Rust has opened `/dev/null` in the place of a closed standard output.
+#[cfg(target_os = "linux")]
+#[used]
+#[unsafe(link_section = ".init_array")]
+static LOOK: extern "C" fn() = {
+    extern "C" fn look() {
+        // SAFETY: the call takes numbers alone.
+        let flags = unsafe { libc::fcntl(1, libc::F_GETFL) };
+        CLOSED.store(flags == -1 || flags & libc::O_ACCMODE == libc::O_RDONLY, Ordering::Relaxed);
+    }
+    look
+};
+
 /// A file's name in a sentence.
 pub fn name(path: &Path) -> String {
     if file::is_standard(path) { "standard output".into() } else { path.display().to_string() }

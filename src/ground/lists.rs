@@ -118,10 +118,7 @@ impl Lists {
         let last = [&mut self.last_items, &mut self.last_item_parts, &mut self.last_seen_lights, &mut self.seen_lights];
         for buffer in of_items.into_iter().chain(others).chain(last) {
             let bytes = bytes_of(&plan, buffer.label());
-            if bytes > buffer.bytes() {
-                let label = buffer.label().to_owned();
-                *buffer = Buffer::new(context, &label, bytes, BufferKind::Device)?;
-            }
+            grow(context, buffer, bytes)?;
         }
         Ok(())
     }
@@ -153,6 +150,17 @@ impl Lists {
             std::mem::swap(&mut self.seen_lights, &mut self.last_seen_lights);
         }
     }
+}
+
+/// Replaces a buffer that is smaller than `bytes`.
+///
+/// # Errors
+/// Too little memory; the buffer then is as before.
+pub fn grow(context: &Arc<Context>, buffer: &mut Buffer, bytes: u64) -> Result<()> {
+    if bytes > buffer.bytes() {
+        *buffer = Buffer::new(context, buffer.label(), bytes, BufferKind::Device)?;
+    }
+    Ok(())
 }
 
 /// Bytes of so many elements, one at least.

@@ -42,7 +42,7 @@ use cells::Cells;
 use constants::{Features, LIT_ALIKE, LIT_EACH};
 pub use counts::Counts;
 use grid::{Grid, GridPlace};
-use lists::{Lists, array};
+use lists::{Lists, array, grow};
 use memory_plan::{MemoryRow, bytes_of};
 use record::Record;
 use scene_on_gpu::SceneOnGpu;
@@ -242,12 +242,9 @@ impl Ground {
     /// # Errors
     /// Too little memory.
     pub fn grow(&mut self, context: &Arc<Context>, counts: Counts) -> Result<()> {
-        let bytes = u64::from(counts.triangle_capacity) * size_of::<layout::Triangle>() as u64;
-        if bytes > self.triangles.bytes() {
-            self.triangles = Buffer::new(context, "triangles", bytes, BufferKind::Device)?;
-            let bytes = u64::from(counts.triangle_capacity) * 12 * u64::from(counts.corner_words);
-            self.attributes = Buffer::new(context, "triangles' attributes", bytes, BufferKind::Device)?;
-        }
+        let triangles = u64::from(counts.triangle_capacity);
+        grow(context, &mut self.triangles, triangles * size_of::<layout::Triangle>() as u64)?;
+        grow(context, &mut self.attributes, triangles * 12 * u64::from(counts.corner_words))?;
         for (index, (lists, capacity)) in self.lists.iter_mut().zip(&counts.lists).enumerate() {
             lists.grow(context, &wants_of_grid(&self.desc.wants, index), *capacity)?;
         }

@@ -204,6 +204,10 @@ fn failed(path: &Path, error: &io::Error) -> Error {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
             "cannot be written: the disk is full; free some space or choose another one".into()
         }
+        ErrorKind::FileTooLarge => {
+            "cannot be written: it is larger than files may be here; raise the limit (ulimit -f) or choose another disk"
+                .into()
+        }
         ErrorKind::InvalidFilename => "cannot be written: the name is too long or not allowed here".into(),
         _ => format!("cannot be written: {error}"),
     };

@@ -32,6 +32,8 @@ pub use device::needs::Need;
 #[cfg_attr(not(internals), doc(hidden))]
 #[cfg(feature = "window")]
 pub use device::presenter::Presenter;
+#[cfg_attr(not(internals), doc(hidden))]
+pub use device::room::beside_compiler;
 pub use device::submit::immediate;
 pub use pipeline::bind::Bind;
 pub use pipeline::constants::{Constant, Value};

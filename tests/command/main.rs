@@ -11,6 +11,8 @@ mod chart_others;
 mod chart_rounds;
 mod demo;
 mod host_example;
+#[cfg(target_os = "linux")]
+mod limits;
 mod machines;
 mod new_method;
 mod outputs;

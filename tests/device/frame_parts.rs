@@ -13,7 +13,7 @@ use twobounce::ground::scene_on_gpu::ScenePacked;
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LightKind, Material, Mesh, Pose, Scene, View};
 use twobounce::settings::Settings;
-use twobounce::vk::{Context, Recorder, Slot, SlotOptions};
+use twobounce::vk::{Context, Recorder, RecorderOptions, Slot, SlotOptions};
 use vk_common::Host;
 
 const SIZE: (u32, u32) = (24, 16);
@@ -84,7 +84,8 @@ fn a_host_keeps_two_frames_in_flight_in_its_own_command_buffers() {
         let mut frame = Frame::new(&context, &desc, &packed).expect("it fits");
         let commands = [0, 1].map(|_| vk_common::Frame::new(&host));
         let mut slots = [0, 1].map(|_| Slot::new(&context, SlotOptions::default()).expect("a slot"));
-        let readbacks = [0, 1].map(|_| Readback::new(&context, &frame.target).expect("a readback"));
+        let readbacks = [0, 1]
+            .map(|_| Readback::new(&context, frame.target.size(), frame.target.shape().outputs).expect("a readback"));
         let taken = context.allocated_bytes();
         for (i, view) in views.iter().enumerate() {
             let slot = i % 2;
@@ -118,6 +119,34 @@ fn a_host_keeps_two_frames_in_flight_in_its_own_command_buffers() {
     for (i, view) in views.iter().enumerate() {
         assert!(image(&mut renderer, &pose, view) == found[i], "frame {i}");
     }
+}
+
+#[test]
+fn growth_that_fails_halfway_leaves_a_frame_that_draws() {
+    let (context, scene, settings) = (gpu::own_context(), room(), settings());
+    let (pose, view) = (scene.pose(None, 0.0), from(DVec3::new(3.5, 2.0, 3.4)));
+    let (size, bounds) = (SIZE, scene.bounds(None));
+    let desc = FrameDesc { scene: &scene, settings: &settings, size, outputs: 1, bounds, slots: 1, waits: false };
+    let packed = Arc::new(ScenePacked::new(&scene, &pose).upload(&context).expect("an upload"));
+    let mut frame = Frame::new(&context, &desc, &packed).expect("it fits");
+    let readback = Readback::new(&context, size, 1).expect("a readback");
+    let draw = |frame: &mut Frame| {
+        let mut recorder = Recorder::new(&context, RecorderOptions::default()).expect("a recorder");
+        frame.record(&mut recorder, 0, &Seen::new(&scene, &pose, &view));
+        readback.record(&mut recorder, &frame.target);
+        recorder.finish().expect("a frame");
+        bits(readback.read(&[]).beauty())
+    };
+    let whole = draw(&mut frame);
+    // The triangles get new buffers; the items ask for more than any device binds.
+    let before = frame.counts().clone();
+    let mut counts = before.clone();
+    counts.triangle_capacity *= 100;
+    counts.lists[0].items = u32::MAX;
+    frame.grow(&context, counts).expect_err("it does not fit");
+    assert!(*frame.counts() == before, "what did not grow is not counted on");
+    assert!(draw(&mut frame) == whole);
+    gpu::assert_clean(&context);
 }
 
 #[test]

@@ -48,7 +48,7 @@ impl App {
                     (self.subject, self.eye, self.later_s) = (subject, eye, later_s);
                     self.panel.choice.settings = settings;
                     self.panel.error = Some(words);
-                    self.start();
+                    self.start()?;
                 }
                 None if self.frame.is_none() => return Err(anyhow!(words)),
                 None => self.panel.frame_error = Some(words),
@@ -100,8 +100,7 @@ impl App {
         note_loss(&mut self.lost.frames, &self.context.name)?;
         self.worker = None; // what it made goes with the device
         self.context = self.run.device.open(self.subject.args.size)?;
-        self.start();
-        Ok(())
+        self.start()
     }
 
     fn set_title(&self, frame: &Frame) {

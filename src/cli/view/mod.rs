@@ -248,8 +248,7 @@ impl App {
             .with_inner_size(PhysicalSize::new(width, height));
         let window = event_loop.create_window(attributes).map_err(NoWindow::because)?;
         self.show_in(window)?;
-        self.start();
-        Ok(())
+        self.start()
     }
 
     /// Opens the window's own device, and what is drawn by it.
@@ -264,13 +263,14 @@ impl App {
     }
 
     /// Starts to make frames of what is open.
-    fn start(&mut self) {
+    fn start(&mut self) -> anyhow::Result<()> {
         self.worker = None; // waits for its frame
         self.first = self.next_revision();
         let Subject { scene, options, .. } = &self.subject;
         let makers = Makers::new(self.context.clone(), scene.clone(), options.clone(), self.proxy.clone());
-        self.worker = Some(Worker::start(makers));
+        self.worker = Some(Worker::start(makers)?);
         self.moves(); // a coarse picture comes first
+        Ok(())
     }
 
     /// Another scene, as `twobounce view` shows it without flags.
@@ -298,7 +298,9 @@ impl App {
         if !again {
             (self.eye, self.later_s) = (None, 0.0);
         }
-        self.start();
+        if let Err(error) = self.start() {
+            self.panel.error = Some(error.to_string());
+        }
     }
 
     /// The eye to move: from now on the camera is not the one that was asked for.

@@ -29,7 +29,7 @@ impl App {
             (self.truth, self.compared) = (None, None);
         }
         if wanted && self.truth.is_none() {
-            self.truth = Some(Truth::begin(self.subject.scene.clone(), frame, self.proxy.clone()));
+            self.truth = Some(Truth::begin(self.subject.scene.clone(), frame, self.proxy.clone())?);
         }
         let panel = &self.panel;
         let turns = (self.opened.elapsed().as_secs_f64() / FLICKER_S) as u64;

@@ -7,6 +7,7 @@ use twobounce::vk::Reload;
 use winit::event_loop::EventLoopProxy;
 
 use super::job::News;
+use crate::cli::threads;
 use crate::say;
 
 /// The GLSL of the source that the program was built from.
@@ -23,7 +24,7 @@ pub fn begin(folder: Option<&Path>, news: EventLoopProxy<News>) -> twobounce::Re
     };
     let mut watched = Reload::watch(folder)?;
     say!("watches {}", folder.display());
-    std::thread::spawn(move || {
+    threads::spawn(move || {
         loop {
             let changed = watched.look().map(|result| result.map_err(|error| error.to_string()));
             if changed.is_some_and(|said| news.send_event(News::Shaders(said)).is_err()) {
@@ -31,6 +32,6 @@ pub fn begin(folder: Option<&Path>, news: EventLoopProxy<News>) -> twobounce::Re
             }
             std::thread::sleep(EVERY);
         }
-    });
+    })?;
     Ok(())
 }

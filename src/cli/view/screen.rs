@@ -82,20 +82,16 @@ impl Screen {
             unsafe { ash_window::create_surface(entry, instance, display, handle, None) }
         })
         .map_err(NoWindow::because)?;
-        let (context, family) = (&presenter.context, presenter.queue_family);
-        let device = context.device();
+        let context = &presenter.context;
         let mode = RenderMode::DynamicRendering(DynamicRendering {
             color_attachment_format: FORMAT,
             depth_attachment_format: None,
             stencil_attachment_format: None,
         });
         let options = Options { in_flight_frames: 1, ..Options::default() };
-        let egui = Renderer::with_gpu_allocator(presenter.allocator.clone(), device.clone(), mode, options)?;
-        let pool = vk::CommandPoolCreateInfo::default().queue_family_index(family);
-        // SAFETY: the device is alive.
-        let (pool, acquired) = unsafe {
-            (device.create_command_pool(&pool, None)?, device.create_fence(&vk::FenceCreateInfo::default(), None)?)
-        };
+        let egui = Renderer::with_gpu_allocator(presenter.allocator.clone(), context.device().clone(), mode, options)?;
+        let pool = vk::CommandPoolCreateInfo::default().queue_family_index(presenter.queue_family);
+        // What fails from here on destroys what was made before it.
         let mut screen = Self {
             egui,
             picture: new_image(context, "picture", (1, 1))?,
@@ -104,12 +100,18 @@ impl Screen {
             format: FORMAT,
             images: vec![],
             stale: false,
-            pool,
-            acquired,
+            pool: vk::CommandPool::null(),
+            acquired: vk::Fence::null(),
             presenter,
             made: 0,
             faults: VecDeque::new(),
         };
+        let device = screen.presenter.context.device();
+        // SAFETY: the device is alive.
+        unsafe {
+            screen.pool = device.create_command_pool(&pool, None)?;
+            screen.acquired = device.create_fence(&vk::FenceCreateInfo::default(), None)?;
+        }
         screen.set_picture(&Picture { size: (1, 1), rgba: vec![13, 13, 13, 255] })?;
         screen.remake(window)?;
         Ok(screen)

@@ -14,6 +14,7 @@ use winit::event_loop::EventLoopProxy;
 use super::job::{Frame, News};
 use super::maker::encode;
 use super::screen::Picture;
+use crate::cli::threads;
 
 /// Samples per pixel after which both are compared.
 const ROUNDS: [u32; 7] = [1, 4, 16, 64, 256, 1024, 4096];
@@ -36,12 +37,15 @@ pub struct Truth {
 
 impl Truth {
     /// Starts it for a frame; it tells of each round.
-    pub fn begin(scene: Arc<Scene>, frame: &Frame, news: EventLoopProxy<News>) -> Self {
+    ///
+    /// # Errors
+    /// One sentence where the system allows no thread.
+    pub fn begin(scene: Arc<Scene>, frame: &Frame, news: EventLoopProxy<News>) -> twobounce::Result<Self> {
         let cancel = Arc::<AtomicBool>::default();
         let Frame { job, image, .. } = frame;
         let truth = Self { revision: job.revision, cancel: cancel.clone() };
         let (pose, view, image) = (job.pose.clone(), job.view, image.clone());
-        std::thread::spawn(move || {
+        threads::spawn(move || {
             let (width, height) = (image.width, image.height);
             let mut film = Film::new(width, height);
             for samples in ROUNDS {
@@ -58,8 +62,8 @@ impl Truth {
                     return; // the window is closed
                 }
             }
-        });
-        truth
+        })?;
+        Ok(truth)
     }
 }
 

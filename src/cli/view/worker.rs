@@ -8,8 +8,8 @@ use twobounce::{Error, Result};
 use super::job::{Frame, Job};
 use super::maker::Makers;
 use super::question::Question;
-use crate::cli::interrupt;
 use crate::cli::progress::course::IMAGE_PASSES;
+use crate::cli::{interrupt, threads};
 
 /// A thread that makes frames; it ends when this is dropped.
 pub struct Worker {
@@ -61,10 +61,12 @@ impl Shared {
 }
 
 impl Worker {
-    pub fn start(makers: Makers) -> Self {
+    /// # Errors
+    /// One sentence where the system allows no thread.
+    pub fn start(makers: Makers) -> Result<Self> {
         let shared = makers.shared.clone();
-        let thread = std::thread::spawn(move || work(makers));
-        Self { shared, thread: Some(thread) }
+        let thread = threads::spawn(move || work(makers))?;
+        Ok(Self { shared, thread: Some(thread) })
     }
 }
 

@@ -81,8 +81,11 @@ impl Blended {
     /// # Errors
     /// Too little memory.
     pub fn grow(&mut self, context: &Arc<Context>, capacity: u32) -> Result<()> {
-        (self.samples, self.list) = lists(context, capacity)?;
-        self.shading.grow(context, u64::from(capacity))
+        // The lists come last: what is shaded has room for all that they hold, also where there is no memory for more.
+        let lists = lists(context, capacity)?;
+        self.shading.grow(context, u64::from(capacity))?;
+        (self.samples, self.list) = lists;
+        Ok(())
     }
 
     /// Lists, sorts and shades what is seen of the blended triangles. `visibility`: what opaque surfaces hide. `binds`: of the shader.

@@ -232,18 +232,14 @@ pub fn readback_plan((width, height): (u32, u32), outputs: usize) -> MemoryRow {
 }
 
 impl Readback {
-    /// For images of `target`.
+    /// For targets of that size with so many outputs.
     ///
     /// # Errors
     /// Too little memory.
-    pub fn new(context: &Arc<Context>, target: &ImageTarget) -> Result<Self> {
-        let (width, height) = target.size();
+    pub fn new(context: &Arc<Context>, (width, height): (u32, u32), outputs: usize) -> Result<Self> {
         let bytes = u64::from(width) * u64::from(height) * COLOR_BYTES;
-        let buffer = |image: &Image| {
-            let label = format!("{}, readback", image.label());
-            Buffer::new(context, &label, bytes, BufferKind::Readback)
-        };
-        Ok(Self { width, height, buffers: target.images.iter().map(buffer).collect::<Result<_>>()? })
+        let buffer = |_| Buffer::new(context, "image readback", bytes, BufferKind::Readback);
+        Ok(Self { width, height, buffers: (0..outputs).map(buffer).collect::<Result<_>>()? })
     }
 
     /// Copies the image out; to be read once the commands were waited for.

@@ -29,6 +29,8 @@ macro_rules! features {
 features! {
     /// Triangles are recorded and listed as the talk does it, where settings ask for that ([`Conservative`](crate::settings::Conservative)).
     geometry_shader "geometryShader",
+    /// What a shader reads beyond a buffer's end is data of that buffer or 0, and what it writes there goes nowhere else.
+    robust_buffer_access "robustBufferAccess",
     /// Vertex and geometry shaders write triangles to lists.
     vertex_pipeline_stores_and_atomics "vertexPipelineStoresAndAtomics",
     /// Fragment shaders write to lists.
@@ -44,9 +46,9 @@ features! {
     synchronization2 "synchronization2",
 }
 
-/// Every feature that a device must have enabled to be used by twobounce; the others serve single settings.
+/// Every feature that a device must have enabled to be used by twobounce; the others serve single settings, or safety.
 pub fn required_features() -> Features {
-    Features { geometry_shader: false, ..ALL }
+    Features { geometry_shader: false, robust_buffer_access: false, ..ALL }
 }
 
 impl Features {
@@ -64,6 +66,7 @@ impl Features {
     ) -> Self {
         Self {
             geometry_shader: core.geometry_shader == vk::TRUE,
+            robust_buffer_access: core.robust_buffer_access == vk::TRUE,
             vertex_pipeline_stores_and_atomics: core.vertex_pipeline_stores_and_atomics == vk::TRUE,
             fragment_stores_and_atomics: core.fragment_stores_and_atomics == vk::TRUE,
             sample_rate_shading: core.sample_rate_shading == vk::TRUE,
@@ -79,6 +82,7 @@ impl Features {
         FeatureStructs {
             core: vk::PhysicalDeviceFeatures::default()
                 .geometry_shader(self.geometry_shader)
+                .robust_buffer_access(self.robust_buffer_access)
                 .vertex_pipeline_stores_and_atomics(self.vertex_pipeline_stores_and_atomics)
                 .fragment_stores_and_atomics(self.fragment_stores_and_atomics)
                 .sample_rate_shading(self.sample_rate_shading),

@@ -31,7 +31,8 @@ pub struct HostDevice<'a> {
     /// Those enabled: at least [`required_extensions`]; `grid.conservative = hardware` needs `VK_EXT_conservative_rasterization`.
     pub device_extensions: &'a [&'a CStr],
     /// Those enabled: at least [`required_features`](crate::host::required_features); `grid.conservative = geometry-shader`, which the
-    /// talk's presets set, needs `geometry_shader`.
+    /// talk's presets set, needs `geometry_shader`. With `robust_buffer_access`, as devices that are opened here have it, a shader that
+    /// leaves a buffer reads and writes no other memory.
     pub features: Features,
 }
 

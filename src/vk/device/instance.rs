@@ -1,6 +1,7 @@
 //! The loader, the instance, the validation layer's messages, and the list of devices.
 
 use super::needs::{Capabilities, Need};
+use super::room;
 use crate::{Error, Result};
 use ash::{khr, vk};
 use std::ffi::{CStr, c_char, c_void};
@@ -29,8 +30,10 @@ pub(in crate::vk) struct Instance {
 
 impl Instance {
     /// Loads the Vulkan library and makes an instance with these extensions; with `validation`, under the validation layer with
-    /// synchronisation validation. `Error::Device` names the package that is missing.
+    /// synchronisation validation. `Error::Device` names the package that is missing, other errors the limit of the
+    /// machine at which the driver would end the process.
     pub(in crate::vk) fn new(validation: bool, extensions: &[*const c_char]) -> Result<Self> {
+        room::check()?;
         // SAFETY: loading the system's Vulkan library runs only its own initialisers.
         let entry = unsafe { ash::Entry::load() }.map_err(|error| {
             Error::Device(format!(

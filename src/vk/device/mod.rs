@@ -12,4 +12,5 @@ pub(in crate::vk) mod pipeline_cache;
 pub(in crate::vk) mod pipelines;
 #[cfg(feature = "window")]
 pub(in crate::vk) mod presenter;
+pub(in crate::vk) mod room;
 pub(in crate::vk) mod submit;

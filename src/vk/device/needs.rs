@@ -152,9 +152,10 @@ impl Capabilities {
         ]
     }
 
-    /// The features to enable: all that are needed, and those of single settings that are there.
+    /// The features to enable: all that are needed, and of the others those that are there.
     pub(in crate::vk) fn enabled_features(&self) -> Features {
-        Features { geometry_shader: self.features.geometry_shader, ..required_features() }
+        let Features { geometry_shader, robust_buffer_access, .. } = self.features;
+        Features { geometry_shader, robust_buffer_access, ..required_features() }
     }
 
     /// The names of what is missing, for a message; empty when the device will do.

@@ -66,17 +66,20 @@ pub fn compile_all(root: &Path, store: &impl Store) -> Result<Vec<Compiled>, Str
     let (compiled, errors) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
     let threads = thread::available_parallelism().map_or(1, |n| n.get()).min(shaders.len());
     thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                let compiler = Compiler::new().expect("shaderc starts");
-                while let Some(shader) = shaders.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    match (Shader { compiler: &compiler, root, path: shader }).compile_forms(&methods, store) {
-                        Ok(forms) => compiled.lock().expect("no compiling thread panicked").extend(forms),
-                        Err(message) => errors.lock().expect("no compiling thread panicked").push(message),
-                    }
+        let compile = || {
+            let compiler = Compiler::new().expect("shaderc starts");
+            while let Some(shader) = shaders.get(next.fetch_add(1, Ordering::Relaxed)) {
+                match (Shader { compiler: &compiler, root, path: shader }).compile_forms(&methods, store) {
+                    Ok(forms) => compiled.lock().expect("no compiling thread panicked").extend(forms),
+                    Err(message) => errors.lock().expect("no compiling thread panicked").push(message),
                 }
-            });
+            }
+        };
+        for _ in 1..threads {
+            // Where no further thread is to be had, those that there are compile all.
+            let _ = thread::Builder::new().spawn_scoped(scope, compile);
         }
+        compile();
     });
     let mut errors = errors.into_inner().expect("no compiling thread panicked");
     if !errors.is_empty() {

@@ -9,7 +9,6 @@ use crate::vk::device::context::Context;
 use crate::vk::device::pipelines::Pipeline;
 use crate::{Error, Result};
 use ash::vk;
-use std::panic::resume_unwind;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::{self, JoinHandle};
 
@@ -42,7 +41,8 @@ impl Pipeline for RawPipeline {
     fn made(&self) -> std::result::Result<vk::Pipeline, vk::Result> {
         *self.made.get_or_init(|| {
             let thread = self.making.lock().unwrap_or_else(PoisonError::into_inner).take();
-            thread.expect("started once").join().unwrap_or_else(|panic| resume_unwind(panic))
+            // A panic has been reported by then; the context must still be able to destroy what there is.
+            thread.expect("started once").join().unwrap_or(Err(vk::Result::ERROR_UNKNOWN))
         })
     }
 
@@ -163,7 +163,8 @@ impl RawPipeline {
             if self.push_bytes > 0 {
                 info = info.push_constant_ranges(&push);
             }
-            self.layout = device.create_pipeline_layout(&info, None)?;
+            let made = device.create_pipeline_layout(&info, None);
+            self.layout = made.inspect_err(|_| device.destroy_descriptor_set_layout(self.set_layout, None))?;
         }
         Ok(())
     }

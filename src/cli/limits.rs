@@ -1,0 +1,63 @@
+//! Limits of the system at which it would end the program: it ends by itself instead, with a sentence and exit code 2.
+
+/// From now on a file that grows beyond `ulimit -f` is an error of its writer, and no signal; and where addresses are limited, threads
+/// share a heap: each would take 64 MiB of them for its own. Called before threads are started.
+pub fn begin() {
+    // SAFETY: the signal is ignored, so that no code runs in it; the other call takes numbers alone.
+    #[cfg(unix)]
+    unsafe {
+        libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
+        #[cfg(target_env = "gnu")]
+        if twobounce::memory::addresses().is_some() {
+            libc::mallopt(libc::M_ARENA_MAX, 1);
+        }
+    }
+}
+
+#[cfg(unix)]
+mod memory {
+    use std::alloc::{GlobalAlloc, Layout, System};
+
+    #[global_allocator]
+    static ALLOCATOR: OrEnd = OrEnd;
+
+    /// The system's allocator. Where it has no more, the program ends; Rust would print a backtrace, for which it needs memory.
+    struct OrEnd;
+
+    // SAFETY: all is the system's allocator's.
+    unsafe impl GlobalAlloc for OrEnd {
+        unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+            // SAFETY: the caller's.
+            or_end(unsafe { System.alloc(layout) })
+        }
+
+        unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+            // SAFETY: the caller's.
+            or_end(unsafe { System.alloc_zeroed(layout) })
+        }
+
+        unsafe fn realloc(&self, block: *mut u8, layout: Layout, bytes: usize) -> *mut u8 {
+            // SAFETY: the caller's.
+            or_end(unsafe { System.realloc(block, layout, bytes) })
+        }
+
+        unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
+            // SAFETY: the caller's.
+            unsafe { System.dealloc(block, layout) };
+        }
+    }
+
+    fn or_end(block: *mut u8) -> *mut u8 {
+        const SENTENCE: &[u8] =
+            b"twobounce: memory ran out: ask for less, such as a smaller --size or --max-texture, or raise the \
+                                  limit of this process (ulimit -v) or of its container\n";
+        if block.is_null() {
+            // SAFETY: the pointer is valid; neither call needs memory or a lock.
+            unsafe {
+                libc::write(2, SENTENCE.as_ptr().cast(), SENTENCE.len());
+                libc::_exit(2);
+            }
+        }
+        block
+    }
+}

@@ -1,0 +1,80 @@
+//! What a driver takes of the machine. One that does not get it ends the process, or never returns: so it is asked for less, or not loaded.
+//! The numbers are llvmpipe's, which takes most: measured on two cores, and what more cores take is added.
+
+use crate::memory::{self, Limit, mib};
+use crate::{Error, Result};
+use std::sync::RwLock;
+use std::thread;
+
+/// Bytes of memory from its start until passes are compiled, and from before they are.
+const DRIVER: u64 = 512 << 20;
+const COMPILER: u64 = 384 << 20;
+/// The same of addresses, where threads share a heap.
+const DRIVER_ADDRESSES: u64 = 1536 << 20;
+const COMPILER_ADDRESSES: u64 = 768 << 20;
+
+/// It starts two threads per core, of so many cores at most, and a few more.
+const MOST_CORES: usize = 32;
+const MORE_THREADS: usize = 4;
+
+/// What is free of the machine's memory beside what a driver takes to compile passes; `None`: the system does not say.
+#[cfg_attr(not(internals), doc(hidden))]
+pub fn beside_compiler() -> Option<Limit> {
+    let left = [(memory::free(), COMPILER), (memory::addresses(), COMPILER_ADDRESSES)];
+    let bytes = left.into_iter().filter_map(|(left, taken)| Some(left?.saturating_sub(taken))).min()?;
+    Some(Limit { bytes, words: "the memory that is free beside what the driver takes,".into() })
+}
+
+/// Refuses to load a driver that would not get what it takes.
+///
+/// # Errors
+/// [`Error::Memory`], and [`Error::Device`] where threads are lacking.
+pub(in crate::vk) fn check() -> Result<()> {
+    let lacks = |left: Option<u64>, taken: u64| {
+        left.filter(|left| *left < taken).map(|left| [left, taken].map(|bytes| format!("{:.0} MiB", mib(bytes))))
+    };
+    if let Some([left, taken]) = lacks(memory::free(), DRIVER) {
+        return Err(Error::Memory(format!(
+            "{left} of memory are free, and a Vulkan driver takes up to {taken}: end other programs, or allow the container more"
+        )));
+    }
+    if let Some([left, taken]) = lacks(memory::addresses(), DRIVER_ADDRESSES) {
+        return Err(Error::Memory(format!(
+            "the limits of this process leave {left} of address space, and a Vulkan driver takes up to {taken}: raise ulimit -v or -d"
+        )));
+    }
+    let cores = thread::available_parallelism().map_or(1, usize::from).min(MOST_CORES);
+    let (wanted, started) = (2 * cores + MORE_THREADS, threads(2 * cores + MORE_THREADS));
+    if started < wanted {
+        return Err(Error::Device(format!(
+            "the system allows {started} more threads, and a Vulkan driver starts up to {wanted}: raise the limit on processes \
+             (ulimit -u, or the pids of a container)"
+        )));
+    }
+    Ok(())
+}
+
+/// How many threads the system starts at once, of so many that are asked for.
+fn threads(wanted: usize) -> usize {
+    let gate = RwLock::new(());
+    thread::scope(|scope| {
+        let closed = gate.write();
+        let start = |_| thread::Builder::new().spawn_scoped(scope, || drop(gate.read())).ok();
+        let threads: Vec<_> = (0..wanted).map_while(start).collect();
+        drop(closed);
+        let started = threads.len();
+        // The next thread may need their place.
+        threads.into_iter().for_each(|thread| thread.join().expect("it does nothing"));
+        started
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_that_wait_for_each_other_end() {
+        assert_eq!(threads(40), 40);
+    }
+}

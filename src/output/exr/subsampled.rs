@@ -2,6 +2,7 @@
 //! has no place for what is in them.
 
 use std::io::{Read, Seek, SeekFrom};
+use std::ops::Range;
 
 use exr::compression::Compression;
 use exr::error::{Error, Result};
@@ -48,7 +49,7 @@ pub fn read(mut file: impl Read + Seek, headers: &[Header], index: usize) -> Res
         let row = y.checked_sub(header.own_attributes.layer_position.y()).and_then(|row| usize::try_from(row).ok());
         let row = row.filter(|row| *row < size.height()).ok_or_else(|| Error::Invalid("a block's place".into()))?;
         let rows = header.compression.scan_lines_per_block().min(size.height() - row);
-        unpack(header, packed, row, rows, &mut planes)?;
+        unpack(header, packed, row..row + rows, &mut planes)?;
     }
     let upsampled = |(plane, channel): (Vec<f32>, &ChannelDescription)| {
         (channel.name.to_string(), FlatSamples::F32(upsampled(&plane, channel.sampling, size)))
@@ -81,25 +82,25 @@ fn samples(channel: &ChannelDescription, size: Vec2<usize>) -> Vec2<usize> {
     size / channel.sampling
 }
 
-/// Puts the samples of a block of so many rows into the planes of their channels.
-fn unpack(header: &Header, packed: Vec<u8>, row: usize, rows: usize, planes: &mut [Vec<f32>]) -> Result<()> {
+/// Puts the samples of a block of these rows into the planes of their channels.
+fn unpack(header: &Header, packed: Vec<u8>, rows: Range<usize>, planes: &mut [Vec<f32>]) -> Result<()> {
     let (size, Vec2(left, top)) = (header.layer_size, header.own_attributes.layer_position);
     let lines = || {
         let line = move |y: usize| {
             let stored = move |(_, c): &(usize, &ChannelDescription)| y.is_multiple_of(c.sampling.y());
             header.channels.list.iter().enumerate().filter(stored).map(move |(at, channel)| (y, at, channel))
         };
-        (row..row + rows).flat_map(line)
+        rows.clone().flat_map(line)
     };
     let bytes = |channel: &ChannelDescription| samples(channel, size).width() * channel.sample_type.bytes_per_sample();
     let length: usize = lines().map(|(_, _, channel)| bytes(channel)).sum();
     // The crate asks how many bytes a pixel has, and takes all channels to have as many samples as there are pixels.
     let mut described = header.clone();
-    described.channels.bytes_per_pixel = length / (rows * size.width());
-    if described.channels.bytes_per_pixel * rows * size.width() != length || length == 0 {
+    described.channels.bytes_per_pixel = length / (rows.len() * size.width());
+    if described.channels.bytes_per_pixel * rows.len() * size.width() != length || length == 0 {
         return Err(Error::NotSupported("blocks of so few samples".into()));
     }
-    let place = IntegerBounds::new(Vec2(left, top + row as i32), Vec2(size.width(), rows));
+    let place = IntegerBounds::new(Vec2(left, top + rows.start as i32), Vec2(size.width(), rows.len()));
     let unpacked = header.compression.decompress_image_section_from_le(&described, packed, place, false)?;
     let mut rest = &unpacked[..];
     for (y, at, channel) in lines() {

@@ -112,7 +112,8 @@ fn textures_are_held_against_the_machine_and_the_device() {
     // Known from the header: not a texel is decoded.
     let texture_side = Some((16384, "the 16384 texels a side of an image of the test".to_owned()));
     let sentence = load(1, 16384, LoadOptions { memory: limit(16), texture_side, ..LoadOptions::default() });
-    let words = "has a texture of 16384 × 16384 texels, which needs more than the 16384 texels a side of an image of the test";
+    let words =
+        "has a texture of 16384 × 16384 texels, which needs more than the 16384 texels a side of an image of the test";
     assert!(sentence.contains(words) && sentence.contains("--max-texture"), "{sentence}");
 }
 
@@ -120,7 +121,8 @@ fn textures_are_held_against_the_machine_and_the_device() {
 #[test]
 fn a_file_has_a_bounded_number_of_scenes() {
     let folder = folder();
-    let text = triangle(INLINE).to_string().replace(r#""scenes":["#, &format!(r#""scenes":[{}"#, "{},".repeat(1_000_000)));
+    let text =
+        triangle(INLINE).to_string().replace(r#""scenes":["#, &format!(r#""scenes":[{}"#, "{},".repeat(1_000_000)));
     fs::write(folder.path().join("scenes.gltf"), text).unwrap();
     refused(folder.path(), "scenes.gltf", &["is not valid glTF", "a list of at most 65536"]);
 }
@@ -132,8 +134,12 @@ fn instances_without_data_are_added_up() {
     for (nodes, instances) in [(1, 1_000_000), (1, 16_385), (20_000, 100)] {
         let mut scene = triangle(INLINE);
         scene["extensionsUsed"] = json!(["EXT_mesh_gpu_instancing"]);
-        scene["accessors"].as_array_mut().unwrap().push(json!({"componentType": 5126, "count": instances, "type": "VEC3"}));
-        let instanced = json!({"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}});
+        scene["accessors"]
+            .as_array_mut()
+            .unwrap()
+            .push(json!({"componentType": 5126, "count": instances, "type": "VEC3"}));
+        let instanced =
+            json!({"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}});
         scene["nodes"] = Value::Array(vec![instanced; nodes]);
         scene["scenes"][0]["nodes"] = (0..nodes).collect();
         write(folder.path(), "many.gltf", &scene);
@@ -213,7 +219,7 @@ fn text_ends_at_a_hole_on_the_disk() {
     refused(folder.path(), "hole.gltf", &["line 1, column 32"]);
     let words = [2, 20 + (1u32 << 31), 1 << 31].map(u32::to_le_bytes).concat();
     hole(folder.path(), "hole.glb", &[b"glTF", &words[..], b"JSON{"].concat(), 20 + (1 << 31));
-    refused(folder.path(), "hole.glb", &["line 1, column 2"]);
+    refused(folder.path(), "hole.glb", &["line 1, column 1"]);
     // A quarter of a billion empty chunks.
     let words = [2, u32::MAX, 4].map(u32::to_le_bytes).concat();
     hole(folder.path(), "chunks.glb", &[b"glTF", &words[..], b"JSON{}  "].concat(), 1 << 32);
@@ -242,9 +248,9 @@ fn trees_with_a_hundred_thousand_nodes_are_walked_without_the_stack() {
 fn a_list_of_names_is_cut_short() {
     let folder = folder();
     let mut scene = triangle(INLINE);
-    scene["scenes"] = (0..100_000).map(|i| json!({"name": format!("s\n{i}"), "nodes": [0]})).collect();
+    scene["scenes"] = (0..60_000).map(|i| json!({"name": format!("s\n{i}"), "nodes": [0]})).collect();
     scene["animations"] =
-        (0..100_000).map(|i| json!({"name": format!("a\n{i}"), "samplers": [], "channels": []})).collect();
+        (0..60_000).map(|i| json!({"name": format!("a\n{i}"), "samplers": [], "channels": []})).collect();
     write(folder.path(), "names.gltf", &scene);
     for (flag, subject) in [("--scene", "names.gltf"), ("--animation", "--animation none")] {
         refused_by(folder.path(), &["render", "names.gltf", flag, "none", "-o", "a.png"], subject, &["?19\", …"]);

@@ -76,21 +76,17 @@ impl Level<'_> {
 
     /// As they are in memory; `None` for damaged data.
     fn texels(&self) -> Option<Cow<'_, [u8]>> {
-        let mut read: Box<dyn FnMut(&mut [u8]) -> Option<usize>> = match self.scheme {
+        let texels = match self.scheme {
             ZSTD => {
                 let mut decoder = ruzstd::StreamingDecoder::new(self.bytes).ok()?;
-                Box::new(move |to| ruzstd::io::Read::read(&mut decoder, to).ok())
+                filled(self.size(), |to| ruzstd::io::Read::read(&mut decoder, to).ok())?
             }
             ZLIB => {
                 let mut decoder = flate2::read::ZlibDecoder::new(self.bytes);
-                Box::new(move |to| decoder.read(to).ok())
+                filled(self.size(), |to| decoder.read(to).ok())?
             }
             _ => return Some(self.bytes.into()),
         };
-        let (mut texels, mut filled) = (vec![0; self.size()], 0);
-        while filled < texels.len() {
-            filled += read(&mut texels[filled..]).filter(|count| *count > 0)?;
-        }
         Some(texels.into())
     }
 
@@ -126,6 +122,15 @@ impl Level<'_> {
     pub fn is_deep(&self) -> bool {
         self.format.bytes > 1
     }
+}
+
+/// So many bytes of a decoder, which says how many it put there; `None` where it ends before.
+fn filled(size: usize, mut read: impl FnMut(&mut [u8]) -> Option<usize>) -> Option<Vec<u8>> {
+    let (mut bytes, mut count) = (vec![0; size], 0);
+    while count < size {
+        count += read(&mut bytes[count..]).filter(|more| *more > 0)?;
+    }
+    Some(bytes)
 }
 
 impl Shown {

@@ -55,7 +55,7 @@ pub struct FillCells {
     label: &'static str,
 }
 
-/// What shades voxels.
+/// Shaders and constants of the passes that shade voxels.
 #[derive(Clone, Copy)]
 pub struct FillDesc<'a> {
     pub label: &'static str,

@@ -32,7 +32,7 @@ pub struct Lists {
     pub items: Buffer,
     /// First item of every voxel's list, 1-based.
     pub heads: Buffer,
-    /// What is occupied in this frame,
+    /// Cells that are occupied in this frame,
     pub cells: CellLists,
     /// and in the one before.
     pub last_cells: CellLists,
@@ -132,7 +132,7 @@ impl Lists {
         ]
     }
 
-    /// What a pass that asks for the light of items writes at most.
+    /// Most bytes that a pass that asks for the light of items writes.
     pub fn asked_bytes(&self) -> u64 {
         self.asked_items.bytes() + self.lit_items.bytes() + self.second_items.bytes()
     }

@@ -9,7 +9,7 @@ use crate::vk::{Buffer, Image, Recorder};
 pub enum CoarseLight<'a> {
     /// Red, green and blue of a level of an RGBA16F image.
     Image(&'a Image, u32),
-    /// The same of an RGBA32F image.
+    /// Red, green and blue of an RGBA32F image.
     Full(&'a Image),
     /// Whole numbers of 64 bits.
     Sums(&'a Buffer),

@@ -138,8 +138,8 @@ fn axes(line: &str) -> Option<[Axis; 2]> {
     (axes[0].across != axes[1].across).then_some(axes)
 }
 
-/// What the lines of a header say together: those of exposure and of colours may stand several times, each for a step that changed the
-/// image.
+/// Values from all lines of a header: those of exposure and of colours may stand several times, each for a step that
+/// changed the image.
 struct Values {
     /// Radiance of a stored 1.
     gain: DVec3,

@@ -38,7 +38,7 @@ Box box_at(vec3 p) {
     return box_numbered(number);
 }
 
-// The same when the lists before these were made.
+// The smallest box that held a point when the lists before these were made.
 Box last_box_at(vec3 p) {
     uint number = 0u;
     for (uint i = 1u; i <= BOXES; i++) {

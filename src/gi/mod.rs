@@ -56,9 +56,11 @@ crate::settings::methods!(dispatch);
 ///   the hemisphere; `place` is a pixel or a voxel, by which directions may differ;
 /// - `METHOD_GATHERS_LOBES` and `vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, out vec3 mirrored)`, with
 ///   [`Wants::gathers_lobes`]: the same, and the stored radiance that a rough lobe mirrors of it towards a viewer;
-/// - `void add_glossy(inout Outgoing sent, Surface s, Viewed v)`: what the surface mirrors and lets through;
+/// - `void add_glossy(inout Outgoing sent, Surface s, Viewed v)`: adds the light that the surface mirrors and lets
+///   through;
 /// - `const bool FINDS_LAMPS`: whether `add_glossy` also finds sampled lamps;
-/// - `vec3 look_up_specular(Surface s)`, where list items are lit with it: what a glossy surface meets that has no viewer;
+/// - `vec3 look_up_specular(Surface s)`, where list items are lit with it: light from where a glossy surface that has
+///   no viewer reflects;
 /// - `METHOD_SHADOWS` and `float method_shadow(…)`, where it has shadows of its own.
 ///
 /// It knows nothing of windows, files, charts, other methods.

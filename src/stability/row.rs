@@ -34,7 +34,7 @@ pub struct Measured {
     pub number: Spread,
     /// Of the place that is the farthest from the ideal: how far.
     pub distance: f64,
-    /// That place in words.
+    /// The place that is the farthest from the ideal, in words.
     pub worst: String,
     /// Every place and its number.
     pub places: Vec<(String, f64)>,

@@ -31,9 +31,9 @@ pub enum GridLayer {
     Lists,
     /// Light that the voxels of the method's volume send.
     Volume(Side),
-    /// Light that is kept on the surface itself,
+    /// Light that is kept on the surface itself.
     Kept,
-    /// and the list items that keep it, in a colour of its own each.
+    /// The list items that keep this light, each in a colour of its own.
     Items,
 }
 

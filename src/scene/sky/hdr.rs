@@ -67,7 +67,7 @@ struct Axis {
 
 #[derive(Debug)]
 struct Header {
-    /// That of the lines, then that within a line.
+    /// Axis of the lines, then the axis within a line.
     axes: [Axis; 2],
     /// Exposures, corrections of colours and primaries.
     radiance_from_stored: DMat3,

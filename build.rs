@@ -14,7 +14,7 @@ mod compile;
 mod used;
 
 const ROOT: &str = "glsl";
-/// What else a compiled shader depends on.
+/// Text of the build's own sources, on which a compiled shader also depends.
 const MADE_BY: &str = concat!(
     include_str!("build.rs"),
     include_str!("src/vk/pipeline/compile.rs"),

@@ -29,7 +29,7 @@ PAGE = ROOT / "docs" / "faults.md"
 # Most of the time goes into building: the package alone is built quickly, its dependencies as ever.
 CARGO = ["cargo", "--config", "profile.release.package.twobounce.opt-level=1"]
 ENVIRONMENT = {**os.environ, "CARGO_TARGET_DIR": str(SCRATCH / "target"), "CARGO_INCREMENTAL": "1"}
-# What setup.sh fetched is not tracked, so it is not in the copied tree.
+# Files that setup.sh fetched are not tracked, so they are not in the copied tree.
 ENVIRONMENT.setdefault("SHADERC_LIB_DIR", str(ROOT / ".cache" / "shaderc"))
 TEST_SECONDS = 1500
 # Tests of texts: the first fails by any fault's text.

@@ -35,7 +35,8 @@ impl Error {
 /// Characters of what another library says: more would bury what is said here.
 const SAID_MAX: usize = 160;
 
-/// What another library says about a file as a part of a sentence: on one line and short, although it may quote the file.
+/// Another library's message about a file as a part of a sentence: on one line and short, although it may quote the
+/// file.
 pub(crate) fn said(problem: &impl Display) -> String {
     let text = problem.to_string();
     let words: Vec<&str> = text.split(|c: char| c.is_control() || c == ' ').filter(|word| !word.is_empty()).collect();

@@ -41,7 +41,7 @@ pub struct Frame {
     lamps: Lamps,
     /// Pieces of lamps, and whether they are chosen through the tree.
     placed_lamps: (u32, bool),
-    /// What stored radiance is multiplied with.
+    /// Scale from radiance to its stored value.
     pub scale: f32,
     /// Counters as the device left them, per slot and grid.
     counters: Vec<Vec<Buffer>>,
@@ -49,7 +49,7 @@ pub struct Frame {
     pub light: LightProgress,
     /// Whether all items are lit that may be asked for, where light is made on demand.
     all_lit: bool,
-    /// What lists and light on the device were made of; `None` where they cannot be gone on from.
+    /// Inputs of the lists and light now on the device; `None` if they must be rebuilt.
     made_of: Option<MadeOf>,
     /// The next frame remakes lists and light, though nothing moved.
     stale: bool,
@@ -58,7 +58,7 @@ pub struct Frame {
 /// Everything that changes from frame to frame and shows in lists or light: no camera does.
 struct MadeOf {
     instances: Vec<DAffine3>,
-    /// What deforms meshes.
+    /// Poses of the scene's deformers.
     deforms: Vec<DeformPose>,
     lights: Vec<layout::Light>,
     /// Its two colours, and how far its map is turned.
@@ -67,7 +67,7 @@ struct MadeOf {
     time_s: Option<f64>,
 }
 
-/// What is seen.
+/// The scene, pose and view that a frame shows.
 #[derive(Clone, Copy)]
 pub struct Seen<'a> {
     pub scene: &'a Scene,
@@ -198,7 +198,7 @@ impl Frame {
         }
         self.upload(r, seen, &now.lights, lists || unlit);
         if lists {
-            // What stands where: triangles, and the voxels that they touch.
+            // Records the triangles, and lists them in the voxels that they touch.
             self.ground.swap_lists();
             self.ground.record_lists(r, seen.pose);
         }
@@ -319,7 +319,7 @@ impl Frame {
     /// Too little memory; the counts then are as before, and no buffer is smaller.
     pub fn grow(&mut self, context: &Arc<Context>, counts: Counts) -> Result<()> {
         tracing::info!("buffers grow: {:?} to {:?}", self.counts(), counts);
-        // What is replaced is lost, also where the rest finds no memory.
+        // The content of replaced buffers is lost, also where the rest finds no memory.
         self.start_over();
         if counts.blended_samples > self.counts().blended_samples {
             self.image.grow(context, counts.blended_samples)?;
@@ -398,13 +398,13 @@ impl Frame {
         &self.ground.desc.counts
     }
 
-    /// What is allocated for buffers as large as `counts` and a grid of edge `voxels`.
+    /// Memory that is allocated for buffers as large as `counts` and a grid of edge `voxels`.
     pub fn plan(&self, counts: &Counts, voxels: u32) -> Vec<MemoryRow> {
         let settings = Settings { voxels, ..self.settings.clone() };
         plan(&settings, self.ground.desc.features, self.target.shape(), counts)
     }
 
-    /// What would be allocated for images of another size.
+    /// Memory that would be allocated for images of another size.
     pub fn plan_at(&self, size: (u32, u32)) -> Vec<MemoryRow> {
         let (width, height) = size;
         let shape = ImageShape { width, height, ..*self.target.shape() };

@@ -24,9 +24,9 @@
 //!   global state but tables of constants, and a count of files that are being written.
 //! - **Words.** Errors are one sentence. Notes go to [`tracing`](https://docs.rs/tracing), which is silent until a host listens.
 //!
-//! What is not there: rendering by a queue family without graphics, mirrors and glass on surfaces that the host
-//! drew ([`Prepared::record_given`] takes Lambertian ones), swapchains, tone mapping on the device, deformed meshes; a change to a material, a mesh or
-//! the number of lights asks for [`Prepared::new`] or [`Prepared::change`].
+//! Not supported: rendering by a queue family without graphics, mirrors and glass on surfaces that the host drew
+//! ([`Prepared::record_given`] takes Lambertian ones), swapchains, tone mapping on the device, deformed meshes; a
+//! change to a material, a mesh or the number of lights asks for [`Prepared::new`] or [`Prepared::change`].
 
 use std::sync::Arc;
 
@@ -51,7 +51,7 @@ pub use crate::vk::{
     required_extensions, required_features,
 };
 
-/// What frames are prepared for.
+/// Inputs for which frames are prepared.
 #[derive(Clone, Debug)]
 pub struct Prepare {
     /// Pixels.
@@ -299,8 +299,9 @@ impl Prepared {
         self.recorded[slot] = true;
     }
 
-    /// What must grow, once the device is done with what was recorded over `slot`: `None` where the frame is whole. Until then
-    /// frames lack triangles or light, and do no other harm. A scene may have to grow two or three times, each after a frame.
+    /// Buffers that must grow, once the device is done with what was recorded over `slot`: `None` where the frame is
+    /// whole. Until then frames lack triangles or light, and do no other harm. A scene may have to grow two or three
+    /// times, each after a frame.
     ///
     /// # Safety
     /// The device is done with what was recorded over `slot`: it writes the counters that are read here.
@@ -308,7 +309,7 @@ impl Prepared {
         self.recorded[slot].then(|| self.frame.poll(slot).1).flatten().map(Growth)
     }
 
-    /// What the frame over `slot` counted; `None` before the first.
+    /// Counters of the frame over `slot`; `None` before the first.
     ///
     /// # Safety
     /// As for [`Self::poll`].
@@ -316,7 +317,7 @@ impl Prepared {
         self.recorded[slot].then(|| self.frame.poll(slot).0)
     }
 
-    /// What each pass over `slot` took; `None` without [`Prepare::timestamps`], or while the device is not done.
+    /// Time that each pass over `slot` took; `None` without [`Prepare::timestamps`], or while the device is not done.
     ///
     /// # Errors
     /// The device is lost.

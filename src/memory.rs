@@ -46,7 +46,7 @@ pub fn addresses() -> Option<u64> {
     left_of_limits(&limits.ok()?, &status.ok()?)
 }
 
-/// The same, of the texts of `/proc/self/limits` and `/proc/self/status`.
+/// Bytes that [`addresses`] returns, from the texts of `/proc/self/limits` and `/proc/self/status`.
 fn left_of_limits(limits: &str, status: &str) -> Option<u64> {
     let left = |(limit, taken)| {
         let limit = limits.lines().find_map(|line| line.strip_prefix(limit))?.split_whitespace().next()?;

@@ -74,7 +74,7 @@ impl RenderOptions {
     }
 }
 
-/// What a frame did.
+/// Times and counts of a frame.
 #[derive(Clone, Debug)]
 pub struct FrameReport {
     pub timings: ZoneTimings,
@@ -141,7 +141,7 @@ impl Renderer {
         self.change_layers(settings, size, self.options.aovs.clone())
     }
 
-    /// The same, and to other layers.
+    /// Changes to other settings, another size and other layers; only what depends on them is remade.
     ///
     /// # Errors
     /// As for [`Renderer::new`]; the renderer then is as before.
@@ -270,7 +270,7 @@ impl Renderer {
         match recorder.finish() {
             Ok(timings) => Ok((timings, log)),
             Err(error) => {
-                // What was asked to end over its image has made its light.
+                // A frame that was interrupted during its image had made its light before.
                 if matches!(error, Error::Interrupted) && self.frame.light.state() != LightState::Unlit {
                     self.light_made()?;
                 } else {
@@ -294,7 +294,7 @@ impl Renderer {
         }
     }
 
-    /// What is allocated now, resource by resource.
+    /// Memory that is allocated now, resource by resource.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn plan(&self) -> MemoryPlan {
         let mut rows = self.frame.plan(self.frame.counts(), self.settings.voxels);
@@ -302,7 +302,7 @@ impl Renderer {
         MemoryPlan { rows }
     }
 
-    /// What would be allocated for images of another size.
+    /// Memory that would be allocated for images of another size.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn plan_at(&self, size: (u32, u32)) -> MemoryPlan {
         let mut rows = self.frame.plan_at(size);
@@ -317,7 +317,7 @@ impl Renderer {
         self.log.get_or_insert_default();
     }
 
-    /// What the last frame recorded; `None` without [`Self::keep_log`].
+    /// Commands that the last frame recorded; `None` without [`Self::keep_log`].
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn log(&self) -> Option<&FrameLog> {
         self.log.as_ref()
@@ -335,14 +335,14 @@ impl Renderer {
         &self.frame
     }
 
-    /// What is rendered.
+    /// The scene that is rendered.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 }
 
-/// What may be taken of a device's memory: what it has left, on a CPU what the machine has left beside the driver, or `limit` bytes of
-/// that.
+/// Memory of a device that may be taken: what it has left, on a CPU what the machine has left besides the driver, or
+/// `limit` bytes of that.
 #[cfg_attr(not(internals), doc(hidden))]
 pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
     let budget = Limit { bytes: context.memory_budget(), words: format!("the budget of {}", context.name) };

@@ -1,4 +1,4 @@
-//! What any Vulkan program has: instance, device, queue, memory, and the frames in flight.
+//! Vulkan objects that any program has: instance, device, queue, memory, and the frames in flight.
 
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex};
@@ -89,7 +89,7 @@ impl Gpu {
         }
     }
 
-    /// What twobounce is lent, and what was enabled.
+    /// The Vulkan objects that twobounce is lent, and the features and extensions that were enabled.
     pub fn lent(&self) -> HostDevice<'_> {
         HostDevice {
             instance: self.instance.clone(),

@@ -22,7 +22,8 @@ use gpu::{Frame, Gpu};
 
 const FRAMES: usize = 5;
 const IN_FLIGHT: usize = 2;
-/// What this program wants to read back: exact radiance. One with a window would take `R16G16B16A16_SFLOAT`, or half as much.
+/// Format that this program reads back: exact radiance. A program with a window would take `R16G16B16A16_SFLOAT`, or
+/// half as much.
 const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 
 type Anything<T> = Result<T, Box<dyn Error>>;
@@ -157,7 +158,7 @@ impl Target {
         }
     }
 
-    /// What this program does with its image before and after each recording.
+    /// Uses of the image by this program before and after each recording.
     fn output(&self, prepared: &Prepared) -> Anything<Output> {
         let before = ImageUse {
             stages: vk::PipelineStageFlags2::COPY,

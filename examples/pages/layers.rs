@@ -56,7 +56,7 @@ fn with_section(before: &str, section: &str) -> String {
 /// A pass in all of its forms, round by round: the draw, then a dispatch per shape.
 pub struct Measured {
     pass: &'static str,
-    /// What one timing counts.
+    /// Draws or dispatches that one timing counts.
     times: u32,
     rounds: Vec<Vec<ZoneTiming>>,
 }

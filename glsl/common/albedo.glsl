@@ -1,4 +1,4 @@
-// What a surface does with light from all around.
+// Reflectance of a surface in light from all around.
 
 #include "common/color.glsl"
 

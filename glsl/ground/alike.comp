@@ -16,7 +16,7 @@
 layout(scalar) buffer ItemParts { ItemPart item_parts[]; };
 layout(scalar) writeonly buffer LitItems { uint lit_items[]; };
 
-// What is lit for a facing cell's triangles.
+// Items that are lit for a facing cell's triangles.
 uint chosen[FACING_CELLS]; // item, 1-based; 0: none
 uint materials_of[FACING_CELLS];
 uint sources_of[FACING_CELLS];

@@ -1,4 +1,4 @@
-// What every method stands on: the frame, the scene, the lists.
+// Data that every method reads: the frame, the scene, the lists.
 
 #include "ground/constants.glsl"
 #include "ground/frame.glsl"

@@ -38,7 +38,7 @@ Box box_at(vec3 p) {
     return box_numbered(number);
 }
 
-// The same when the lists before these were made.
+// The smallest box that held a point when the lists before these were made.
 Box last_box_at(vec3 p) {
     uint number = 0u;
     for (uint i = 1u; i <= BOXES; i++) {
@@ -47,7 +47,7 @@ Box last_box_at(vec3 p) {
     return make_box(number, frame.last_boxes[max(number, 1u) - 1u]);
 }
 
-// That of a voxel, by its place among the heads.
+// The box of a voxel, by its place among the heads.
 Box box_of(uint voxel) {
     return box_numbered(BOXES == 0u ? 0u : voxel / (EDGE * EDGE * EDGE));
 }

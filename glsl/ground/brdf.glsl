@@ -130,7 +130,7 @@ struct Viewed {
     vec3 gathered; // stored radiance that its specular lobe sends of gathered light, where a method gathers for it
 };
 
-// What a surface sends to a viewer: a method's look-up adds to it.
+// Light that a surface sends to a viewer: a method's look-up adds to it.
 struct Outgoing {
     vec3 direct; // radiance
     vec3 indirect; // stored radiance: × frame.scale

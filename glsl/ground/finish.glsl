@@ -51,7 +51,7 @@ vec4 finish_row(uint row) {
     return uintBitsToFloat(finish_words(row));
 }
 
-// What all slots hold there, white where there is no texture. A loop: drivers would copy the filter for every slot.
+// Texels of all slots there, white where there is no texture. A loop: drivers would copy the filter for every slot.
 void read_finish_texels(uint first, vec4 uv, Footprint footprint, out vec4 texels[FINISH_SLOTS]) {
     for (uint slot = 0u; slot < FINISH_SLOTS; slot++) {
         texels[slot] = vec4(1.0);

@@ -92,7 +92,7 @@ vec3 item_direct_light(Surface s, Lobes lobes, uint place) {
     return sent * frame.scale;
 }
 
-// What one side sends: stored radiance, not yet times opacity. `place`: among the direct lights.
+// Light that one side sends: stored radiance, not yet times opacity. `place`: among the direct lights.
 vec3 light_side(Surface s, uvec3 voxel, uint place) {
     if (s.unlit) {
         return vec3(0.0); // neither lit nor lighting

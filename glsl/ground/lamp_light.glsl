@@ -1,4 +1,4 @@
-// What sampled lamps give a surface (lights.lamps = sampled), as seen by a viewer.
+// Light of sampled lamps on a surface (lights.lamps = sampled), as seen by a viewer.
 
 #include "ground/brdf.glsl"
 #include "common/refraction.glsl"

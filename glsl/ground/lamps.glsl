@@ -52,7 +52,8 @@ float nearest_cosine(float c, float within_cosine, float within_sine) {
     return c >= within_cosine ? 1.0 : max(nearest, 0.0);
 }
 
-// What a node's pieces may give a place at most, up to a factor: power over squared distance, by both cosines.
+// Upper bound of the light that a node's pieces give a place, up to a factor: power over squared distance, by both
+// cosines.
 float importance(uint node, vec3 position, vec3 normal) {
     COUNT(WORDS, 9u);
     LampNode n = lamp_nodes[node];
@@ -97,7 +98,7 @@ LampChoice choose_lamp(float u, vec3 position, vec3 normal) {
         end = goes_low ? middle : end;
         node = 2u * node + (goes_low ? 0u : 1u);
         probability *= goes_low ? share : 1.0 - share;
-        // What is left of the number is even again: strata stay strata.
+        // The rest of the number is uniform again: strata stay strata.
         u = goes_low ? u / share : (u - share) / max(1.0 - share, 1e-6);
     }
     return LampChoice(first, probability);

@@ -26,7 +26,7 @@ float sheen_share(Surface s, float nv, float nl) {
         : 0.0;
 }
 
-// The same of light from all around.
+// Share of light from all around that the sheen takes from the layers below it.
 float sheen_share(Surface s, float nv) {
     float most = brightest(s.finish.sheen);
     return feature(FEATURE_SHEEN) && most > 0.0 ? most * sheen_taken(s.finish, nv) : 0.0;

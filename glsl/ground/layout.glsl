@@ -1,7 +1,7 @@
 // The ground's structs that are shared with the CPU: src/ground/layout.rs holds their twins, a test holds the two
 // against each other. Lengths are in voxels unless a name ends in _m. Scalar block layout.
 
-// What rays and voxels read of a recorded triangle; the rest stands apart (ground/attributes.glsl).
+// Part of a recorded triangle that rays and voxels read; the rest is stored apart (ground/attributes.glsl).
 struct Triangle {
     vec3 corners[3];
     uint material;
@@ -32,7 +32,7 @@ struct ListCount {
     uint count;
 };
 
-// What an item of a list sends, stored radiance, and how much of its voxel it fills.
+// Light that a list item sends from each side, in stored radiance, and how much of its voxel it fills.
 struct ItemLight {
     vec3 front;
     float opacity;

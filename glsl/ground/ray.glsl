@@ -9,7 +9,7 @@
 
 // How many surfaces that let a part of the light through one ray may pass.
 const uint MOST_PASSED = 64u;
-// What lets a part of the light through, rather than all or nothing, as a mask does.
+// Features that let a part of the light through, rather than all or nothing, as a mask does.
 const uint FEATURE_PASSING = FEATURE_BLEND | FEATURE_TRANSMISSION;
 const float SPENT = 0.005; // of its light: less does not change an 8-bit image
 
@@ -28,7 +28,7 @@ vec4 triangle_color(Material m, Attributes attributes, vec2 uv, out vec4 at) {
     return vec4(base.rgb, surface_alpha(m, base.a));
 }
 
-// What passes a triangle, per channel.
+// Share of light that passes a triangle, per channel.
 vec3 triangle_transmittance(uint triangle, vec2 uv) {
     Material m = materials[triangles[triangle].material];
     Attributes attributes = attributes_of(triangle);
@@ -170,15 +170,15 @@ RayHit trace_ray(vec3 origin, vec3 d, float least) {
     return best;
 }
 
-// What a ray along d met. Where that is nothing, the first triangle stands in, so that all lanes read something.
+// Surface that a ray along d hit. Where there is none, the first triangle stands in, so that all lanes read something.
 struct Met {
     bool any;
     uint place; // of the triangle among those recorded
     Triangle triangle;
     vec3 weights; // barycentric
     vec3 normal; // unit, of the front
-    bool back; // is what was met,
-    bool dark; // and of a material that has none
+    bool back; // hit a back face
+    bool dark; // hit a back face of a single-sided material
     float distance; // 0 if nothing was met
 };
 
@@ -197,7 +197,7 @@ Met meet(RayHit hit, vec3 d) {
     return m;
 }
 
-// What passes straight through it, per channel.
+// Share of light that passes straight through the hit surface, per channel.
 vec3 transmittance(Met met) {
     return feature(FEATURE_PASSING) && met.triangle.translucent != 0u
         ? triangle_transmittance(met.place, met.weights.yz)

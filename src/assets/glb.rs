@@ -2,7 +2,7 @@
 //!
 //! A description has the materials and nodes of a glTF document, with these differences. A node has a shape and the name of a
 //! material instead of a mesh, and holds its light or camera itself. A material lists the images to embed before its first use.
-//! What moves is described where it stands, by keys, and becomes one animation.
+//! Motion is described at the thing that moves, by keys, and becomes one animation.
 
 use std::collections::{BTreeMap, BTreeSet};
 

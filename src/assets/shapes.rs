@@ -16,7 +16,8 @@ pub enum Form {
     Boxes { corners: Vec<[[f64; 3]; 2]>, moved: Option<(f64, [f64; 3])> },
     /// A closed sphere around the origin with `rings` of latitude and `segments` of longitude.
     Sphere { radius: f64, rings: u32, segments: u32 },
-    /// The same, which a morph target gives eight lobes, four out and four in, by this share of the radius.
+    /// A closed sphere as above, which a morph target gives eight lobes, four out and four in, by this share of the
+    /// radius.
     Blob { radius: f64, rings: u32, segments: u32, lobes: f64 },
     /// A closed ellipsoid about the Y axis that stands at the origin.
     Blade { radius: f64, height: f64 },
@@ -35,7 +36,7 @@ pub struct Shape {
     /// Linear.
     pub colors: Vec<DVec3>,
     pub indices: Vec<u32>,
-    /// What a morph target adds to positions and normals.
+    /// Differences that a morph target adds to positions and normals.
     pub morph: Option<(Vec<DVec3>, Vec<DVec3>)>,
 }
 

@@ -1,4 +1,4 @@
-//! What moves: keys in seconds, made dense enough that lines between them look smooth.
+//! Motion: keys in seconds, made dense enough that lines between them look smooth.
 
 use std::f64::consts::TAU;
 

@@ -14,8 +14,8 @@ pub fn frontier(points: &[(f64, f64)]) -> Vec<usize> {
     best
 }
 
-/// The same of each group of points by itself, groups in their order. `group`: of every point; one of none belongs to
-/// every group, and all points are one group where none has any.
+/// The frontier of each group of points by itself, groups in their order. `group`: of every point; a point of no group
+/// belongs to every group, and all points are one group where none has any.
 pub fn frontiers<G: Ord>(points: &[(f64, f64)], group: &[Option<G>]) -> Vec<Vec<usize>> {
     let mut members: BTreeMap<Option<&G>, Vec<usize>> = BTreeMap::new();
     let named: BTreeSet<&G> = group.iter().flatten().collect();

@@ -1,5 +1,5 @@
-//! What a chart is of, without its rows: kept beside them, so that folders of parts of a chart can be merged and shown without
-//! opening a scene.
+//! Description of a chart without its rows: kept with them, so that folders of parts of a chart can be merged and shown
+//! without opening a scene.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -19,7 +19,7 @@ pub struct Outline {
     /// Pixels.
     pub width: u32,
     pub height: u32,
-    /// What `--reference-noise` asked for, as a share.
+    /// Noise that `--reference-noise` asked for, as a share.
     pub reference_noise: f64,
     pub scenes: Vec<Sketch>,
     /// Every row of the whole chart in its order, those of other shards too: see [`super::row::Row::address`].
@@ -72,7 +72,7 @@ impl Outline {
         file::write_kept(&store.path(FILE), self)
     }
 
-    /// That of a folder.
+    /// Reads the outline of a folder.
     ///
     /// # Errors
     /// [`Error::File`]: there is none, it is damaged, or it is of another version of the program.

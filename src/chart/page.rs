@@ -54,7 +54,7 @@ pub fn html(chart: &Chart, history: &[Row]) -> String {
     page.html(&Data { head, rows: &chart.rows, history })
 }
 
-/// What the chart does not have yet, in sentences.
+/// Sentences about what the chart does not have yet.
 fn missing(chart: &Chart) -> String {
     let mut sentences = Vec::new();
     if !chart.part.is_empty() {

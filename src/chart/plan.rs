@@ -67,7 +67,7 @@ mod tests {
         let trials = trials(&bases(), &sweep("voxels=64").unwrap()).unwrap();
         assert_eq!(trials[3].changes, ["voxels=64"]);
         assert!(trials[0].changes.is_empty());
-        // What only cones would heed is no change of rays: nothing runs twice for it.
+        // A setting that only cones would use is no change of rays: nothing runs twice for it.
         let values = sweep("cones.step=2").unwrap();
         let names: Vec<String> = super::trials(&bases(), &values).unwrap().into_iter().map(|row| row.name).collect();
         assert_eq!(names, ["fast", "printed", "printed cones.step=2"]);

@@ -97,7 +97,7 @@ pub struct Errors {
     pub bounces: Option<u32>,
     /// The reference's own noise: root mean square of its pixels' relative error.
     pub noise: f64,
-    /// What that may add to `rel`.
+    /// Error that this noise may add to `rel`.
     pub noise_in_rel: Parts<f64>,
     /// Of the indirect light, on equal terms.
     #[serde(flatten)]
@@ -233,7 +233,7 @@ impl Row {
         Some(self.errors(reference)?.metrics.of(part)?.rel)
     }
 
-    /// What the reference's noise may have added to [`Self::rel`].
+    /// Error that the reference's noise may have added to [`Self::rel`].
     pub fn noise_in_rel(&self, reference: Reference, part: Part) -> Option<f64> {
         self.errors(reference)?.noise_in_rel.of(part)
     }

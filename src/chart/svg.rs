@@ -20,7 +20,7 @@ text{font:12px system-ui,sans-serif;fill:#3c4043}.title{font-weight:600;font-siz
 .bar{stroke:#80868b;stroke-width:1.5}\
 @media(prefers-color-scheme:dark){text{fill:#dadce0}}";
 
-/// What to draw.
+/// Content of one panel.
 pub struct Panel<'a> {
     pub title: String,
     pub rows: Vec<&'a Row>,

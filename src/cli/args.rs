@@ -147,7 +147,7 @@ pub enum Sky {
     Map(PathBuf),
 }
 
-/// What comes after an animation's end.
+/// Playback after an animation's end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Loop {
     On,
@@ -182,7 +182,7 @@ pub struct SettingsArgs {
 /// How frames are handed to a device.
 #[derive(Args, Clone, Debug)]
 pub struct RunArgs {
-    /// What is submitted to the device at once; `pass` also times each pass by the CPU's clock
+    /// Work that is submitted to the device at once; `pass` also times each pass by the CPU's clock
     #[arg(long, default_value = "short", value_parser = submit())]
     pub submit: Submit,
     /// Also time each level of mips and each step of propagation

@@ -46,8 +46,8 @@ pub fn why_blank(
     })
 }
 
-/// What a pixel of `image` shows if it shows the sky: what it does show where nothing covers it, and no number where a surface does
-/// under a map, which looks like no other.
+/// Radiance that a pixel of `image` shows if it shows the sky: its own where nothing covers it. Where a surface does,
+/// it is the sky's radiance in that direction, or NaN under a map, which no pixel equals.
 pub fn sky_shown<'a>(image: &'a Layers, scene: &'a Scene, view: &'a View) -> impl Fn(usize) -> [f32; 3] + 'a {
     let (alpha, size) = (image.get(Aov::Alpha).unwrap_or_default(), (image.width, image.height));
     move |pixel| match alpha.get(pixel) {

@@ -57,7 +57,7 @@ macro_rules! limits {
         }
 
         impl Limits {
-            /// What is limited in words, its limit, and its number.
+            /// Words for each limit that is given, the limit, and the number that it limits.
             fn given(&self, compared: &Compared) -> Result<Vec<(&'static str, f64, f64)>> {
                 let mut given = Vec::new();
                 $(if let Some(limit) = self.$flag {
@@ -171,7 +171,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
 const NO_DIRECT: &str = "needs the direct layer in both files";
 const NO_DIFFUSE: &str = "needs the diffuse layer in the reference, and lit pixels that are wholly diffuse";
 
-/// What --out holds.
+/// Name of the picture in the folder of --out.
 const PICTURE: &str = "compare.png";
 
 fn print(compared: &Compared) {

@@ -33,7 +33,7 @@ pub fn check() -> twobounce::Result<()> {
     if PRESSED.load(Ordering::Relaxed) { Err(twobounce::Error::Interrupted) } else { Ok(()) }
 }
 
-/// What an interrupted program exits with.
+/// Exit code of an interrupted program.
 pub fn exit_code() -> u8 {
     EXIT_CODE.load(Ordering::Relaxed)
 }

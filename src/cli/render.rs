@@ -121,7 +121,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let budget_bytes = context.memory_budget();
     let mut report = RenderReport::new(&opened, &settings, &context);
     report.exposure_ev = args.exposure.map(|ev| ev as f32);
-    // What is sky tells alpha.
+    // The layer alpha tells which pixels show the sky.
     let wanted = |aov: &&Aov| **aov == Aov::Alpha || args.aov.contains(aov);
     let aovs = Aov::ALL.iter().filter(wanted).copied().collect();
     let options = RenderOptions { aovs, ..opened.run_options(&args.run) };

@@ -42,12 +42,12 @@ pub struct RenderReport {
     scene: Value,
     method: &'static str,
     settings: Settings,
-    /// What a .png was exposed with; null for an .exr.
+    /// Exposure of a .png in stops; null for an .exr.
     pub exposure_ev: Option<f32>,
 }
 
 impl RenderReport {
-    /// What is known before the first frame.
+    /// The report with everything that is known before the first frame.
     pub fn new(opened: &Opened, settings: &Settings, context: &Context) -> Self {
         let (scene, (major, minor, patch)) = (&opened.scene, context.api_version);
         Self {
@@ -107,7 +107,7 @@ pub fn say_compiled(context: &Context) {
     }
 }
 
-/// The same as text.
+/// The counters as text.
 pub fn counters_text(timings: &Timings) -> String {
     let counts = counters(timings);
     let count = |name: &str| counts.get(name).copied().unwrap_or(0);

@@ -62,7 +62,7 @@ impl SceneArgs {
         Self { size, ..Self::from_arg_matches(&matches).expect("every flag has a default") }
     }
 
-    /// What can be found wrong without opening the file.
+    /// Finds mistakes that can be found without opening the file.
     pub fn check(&self) -> Result<()> {
         let usage = |sentence: &str| Err(Error::Usage(sentence.to_owned()));
         if self.default_light == DefaultLight::On && self.sky.given() {
@@ -86,7 +86,7 @@ impl SceneArgs {
         self.open_within(LoadOptions::default())
     }
 
-    /// The same, with what a device sets limits to.
+    /// As [`Self::open`], within the limits that a device sets.
     fn open_within(&self, device: LoadOptions) -> Result<Opened> {
         self.check()?;
         let options = LoadOptions {
@@ -191,7 +191,7 @@ impl SceneArgs {
     }
 }
 
-/// What a device sets limits to.
+/// Limits that a device sets to a scene.
 fn limits(context: &Context, run: &RunArgs) -> LoadOptions {
     LoadOptions {
         texture_memory: Some(memory_limit(context, run.memory_limit)),
@@ -251,8 +251,8 @@ impl Opened {
         RenderOptions { submit: run.submit, steps: run.steps, ..self.options(run.memory_limit) }
     }
 
-    /// What an .exr says about how it came about: how the scene is seen, and `more`. No dates: the same command gives the same
-    /// bytes.
+    /// Metadata of an .exr about its origin: how the scene is seen, and `more`. No dates: the same command gives the
+    /// same bytes.
     pub fn header<const N: usize>(&self, more: [(&str, String); N]) -> Metadata {
         let Scene { name, hash, .. } = &self.scene;
         let (time, camera) = (self.shot.time_s.to_string(), self.camera.clone());
@@ -301,7 +301,7 @@ impl DeviceArgs {
         self.open_by(Context::new, size)
     }
 
-    /// The same, with shaders that count what they read.
+    /// As [`Self::open`], with shaders that count what they read.
     pub fn open_counting(&self, size: (u32, u32)) -> Result<Arc<Context>> {
         self.open_by(Context::counting, size)
     }

@@ -31,7 +31,7 @@ impl SettingsArgs {
         self.effective_with("--preset")
     }
 
-    /// The same, where `flag` is what the user named the preset with.
+    /// As [`Self::effective`]; `flag` is the flag with which the user named the preset.
     pub fn effective_with(&self, flag: &str) -> Result<Settings> {
         let named = |flag: &str, e: Error| Error::Usage(format!("{flag}: {e}"));
         let mut settings = Settings::preset(&self.preset).map_err(|e| named(flag, e))?;

@@ -30,7 +30,7 @@ pub struct RowArgs {
     /// Make only part I of N of the rows, chosen by a hash of what they are; `twobounce merge` puts the folders together
     #[arg(long, value_name = "I/N", value_parser = shard)]
     pub shard: Option<Shard>,
-    /// What rows call this machine: times are compared within one machine alone [default: the host's name]
+    /// Name of this machine in rows: times are compared within one machine alone [default: the host's name]
     #[arg(long, value_name = "NAME", value_parser = machine)]
     pub machine: Option<String>,
 }

@@ -64,7 +64,7 @@ pub struct StabilityArgs {
     pub device: DeviceArgs,
 }
 
-/// What `--quick` runs. Cones take too long on finer grids.
+/// Presets and grids that `--quick` runs. Cones take too long on finer grids.
 const QUICK: [(&str, &[u32]); 4] = [("balanced", &[32, 64]), ("cones", &[32]), ("lpv", &[32, 64]), ("photons", &[32])];
 
 /// The table under way.

@@ -1,4 +1,4 @@
-//! What a frame is made for: what that asks of the ground, and the memory that it takes.
+//! Inputs of a frame: the requests to the ground that follow from them, and the memory that the frame takes.
 
 use crate::gi::{Gi, Wants};
 use crate::ground::constants::{Features, constants, with};
@@ -15,7 +15,7 @@ use crate::scene::{Bounds, Scene};
 use crate::settings::{GatherResolution, ImageSettings, LampLight, Settings, Shadows};
 use crate::{Error, Result};
 
-/// What a frame is made for.
+/// Inputs from which a frame is made.
 #[derive(Clone, Copy)]
 pub struct FrameDesc<'a> {
     pub scene: &'a Scene,
@@ -43,7 +43,8 @@ impl FrameDesc<'_> {
     }
 }
 
-/// What [`super::Frame::new`] allocates on a grid of any edge, before any buffer grows: at least that, while there are no trees yet.
+/// Memory that [`super::Frame::new`] allocates on a grid of any edge, before any buffer grows: at least that, while
+/// there are no trees yet.
 pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce) -> impl Fn(u32) -> Vec<MemoryRow> {
     let lamps = lamps(desc.scene, desc.settings);
     move |voxels| {
@@ -105,7 +106,7 @@ pub(super) fn lamps(scene: &Scene, settings: &Settings) -> Lamps {
     if settings.lights.lamps == LampLight::Sampled { Lamps::new(scene) } else { Lamps::default() }
 }
 
-/// What settings ask of the ground for a scene: what the method asks, and what direct light does.
+/// Requests of settings to the ground for a scene: those of the method, and those of direct light.
 pub(super) fn wants(settings: &Settings, features: Features) -> Wants {
     let mut wants = Wants { conservative: settings.grid.conservative, ..settings.method.wants(settings) };
     if !features.has(Features::SPECULAR) {
@@ -116,7 +117,7 @@ pub(super) fn wants(settings: &Settings, features: Features) -> Wants {
     wants
 }
 
-/// The same settings with those parts of `image` at their defaults that neither lists nor light depend on.
+/// The settings with those parts of `image` at their defaults that neither lists nor light depend on.
 pub(super) fn of_light(settings: &Settings) -> Settings {
     let (samples, gather_resolution) = (1, GatherResolution::Full);
     let image = ImageSettings { samples, gather_resolution, ..settings.image.clone() };

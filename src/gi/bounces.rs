@@ -4,14 +4,14 @@ use crate::Result;
 use crate::ground::constants::{DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ};
 use crate::settings::Bounces;
 
-/// What a pass of a bounce is made for.
+/// Inputs of the pass that lights one bounce.
 #[derive(Clone, Copy)]
 pub struct BounceDesc {
     /// 0 or 1.
     pub bounce: usize,
     /// Whether there is light of another bounce to be looked up.
     pub gathers: bool,
-    /// What it does with direct light: a value of the constant `DIRECT`.
+    /// How the pass treats direct light: a value of the constant `DIRECT`.
     pub direct: u32,
 }
 
@@ -21,7 +21,7 @@ pub struct PerBounce<P> {
     pub first: P,
     /// The first bounce with the last frame's light to gather from; absent unless `bounces = all`.
     pub again: Option<P>,
-    /// What gathers from the first bounce; absent with one.
+    /// The second bounce, which gathers from the first; absent with one bounce.
     pub second: Option<P>,
 }
 

@@ -23,7 +23,7 @@ macro_rules! dispatch {
         $(pub mod $module;)+
 
         impl Method {
-            /// What the method asks of the ground.
+            /// Requests of the method to the ground.
             pub fn wants(self, settings: &Settings) -> Wants {
                 match self { $(Self::$variant => <$module::Lighting as Gi>::wants(settings)),+ }
             }
@@ -41,7 +41,7 @@ macro_rules! dispatch {
                 Ok(match self { $(Self::$variant => Box::new(<$module::Lighting as Gi>::new(maker)?)),+ })
             }
 
-            /// What the method's passes work on, by the start of their names.
+            /// The unit of work of the method's passes, by the start of their names.
             pub fn pass_units(self) -> &'static [(&'static str, PassUnit)] {
                 match self { $(Self::$variant => $module::PASS_UNITS),+ }
             }
@@ -56,14 +56,16 @@ crate::settings::methods!(dispatch);
 ///   the hemisphere; `place` is a pixel or a voxel, by which directions may differ;
 /// - `METHOD_GATHERS_LOBES` and `vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, out vec3 mirrored)`, with
 ///   [`Wants::gathers_lobes`]: the same, and the stored radiance that a rough lobe mirrors of it towards a viewer;
-/// - `void add_glossy(inout Outgoing sent, Surface s, Viewed v)`: what the surface mirrors and lets through;
+/// - `void add_glossy(inout Outgoing sent, Surface s, Viewed v)`: adds the light that the surface mirrors and lets
+///   through;
 /// - `const bool FINDS_LAMPS`: whether `add_glossy` also finds sampled lamps;
-/// - `vec3 look_up_specular(Surface s)`, where list items are lit with it: what a glossy surface meets that has no viewer;
+/// - `vec3 look_up_specular(Surface s)`, where list items are lit with it: light from where a glossy surface that has
+///   no viewer reflects;
 /// - `METHOD_SHADOWS` and `float method_shadow(…)`, where it has shadows of its own.
 ///
 /// It knows nothing of windows, files, charts, other methods.
 pub trait Gi: Send {
-    /// What it asks of the ground.
+    /// Requests of the method to the ground.
     fn wants(settings: &Settings) -> Wants
     where
         Self: Sized;
@@ -92,10 +94,10 @@ pub trait Gi: Send {
         None
     }
 
-    /// What its look-up is compiled with, beside the ground's.
+    /// Constants that its look-up is compiled with, in addition to the ground's.
     fn constants(&self) -> &[Constant];
 
-    /// What its look-up binds, of its own and of the ground.
+    /// Bindings of its look-up: resources of the method and of the ground.
     fn binds<'a>(&'a self, ground: &'a Ground) -> Vec<Bind<'a>>;
 
     /// The volumes of faces that it holds, one per bounce.
@@ -108,13 +110,13 @@ pub trait Gi: Send {
         self.volumes().iter().flat_map(|volume| &volume.images).collect()
     }
 
-    /// What shows, coarsely, all light that it holds: feedback has settled once it does not change.
+    /// Numbers that represent, coarsely, all light that the method holds: feedback has settled once they do not change.
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {
         self.volumes().last().map(LightVolume::coarse)
     }
 }
 
-/// What a method is made from.
+/// Inputs from which a method is made.
 pub struct Maker<'a> {
     pub context: &'a Arc<Context>,
     pub settings: &'a Settings,
@@ -122,14 +124,14 @@ pub struct Maker<'a> {
     pub counts: &'a Counts,
 }
 
-/// What is new in the frame that a method lights.
+/// Changes since the last frame that a method must know of when it lights this one.
 #[derive(Clone, Copy, Debug)]
 pub struct Update {
     /// The lists, or the method, are new; else both are those of the frame before.
     pub lists: bool,
-    /// What the method holds is the light of the frame before, to go on from.
+    /// The method holds the light of the frame before, and continues from it.
     pub history: bool,
-    /// What the method holds is what the frame before filled, and nothing else.
+    /// The method holds only values that the frame before wrote.
     pub known: bool,
     /// Whether [`Gi::coarse_light`] is going to be asked.
     pub measured: bool,
@@ -137,7 +139,7 @@ pub struct Update {
     pub sky: bool,
 }
 
-/// What a pass works on; its time is given per unit too.
+/// The unit of work of a pass. Its time is also given per unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PassUnit {
     /// Occupied voxels.

@@ -7,7 +7,7 @@
 
 use super::layout::TextureLevel;
 
-/// What every device of Vulkan has: texels a side of an image, and layers.
+/// Image limits that every Vulkan device supports: texels along a side, and array layers.
 const SIDE: u32 = 4096;
 const LAYERS: u32 = 256;
 

@@ -1,4 +1,4 @@
-//! What recorded triangles have at their corners beside positions: `glsl/ground/attributes.glsl` is the twin.
+//! Attributes of recorded triangles at their corners, besides positions: `glsl/ground/attributes.glsl` is the twin.
 //!
 //! Words one after another, corner by corner: normal (3 × f32), then tangent (4), first and second set of uv (2 each) and colour
 //! (4 × f16), each only if the scene's materials read it. Rays and voxels read positions alone, which lie close together for them.

@@ -13,7 +13,7 @@ use crate::vk::{Bind, Compute, ComputeDesc, Constant, Context, Recorder, ZoneKin
 /// Workgroups of 64 threads; each goes through many cells, most of which are occupied again.
 const EMPTYING_GROUPS: u32 = 16;
 
-/// Empties what the frame before filled and this one does not. Reads: both frames' cells. Writes: a volume.
+/// Empties voxels that the frame before filled and this one does not. Reads: both frames' cells. Writes: a volume.
 pub struct EmptyCells {
     empty: Compute,
 }
@@ -55,7 +55,7 @@ pub struct FillCells {
     label: &'static str,
 }
 
-/// What shades voxels.
+/// Shaders and constants of the passes that shade voxels.
 #[derive(Clone, Copy)]
 pub struct FillDesc<'a> {
     pub label: &'static str,

@@ -10,7 +10,7 @@ use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Contex
 
 /// Where the count of the items that are lit stands among those of the levels; as in `glsl/ground/constants.glsl`.
 pub const LIT_COUNTS: u32 = 15;
-/// The same before the pass that adds twins to them (`glsl/ground/split.comp`).
+/// Place of the count of lit items before the pass that adds twins to them (`glsl/ground/split.comp`).
 const CHOSEN_COUNTS: u32 = 14;
 /// Where the count of those stands that a second bounce lights, where light is made on demand.
 pub const SECOND_COUNTS: u32 = 13;

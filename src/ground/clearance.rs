@@ -48,7 +48,7 @@ pub fn fitted_to_camera(
     Some((fitted, words))
 }
 
-/// The same settings where nothing is to be changed.
+/// The settings fitted to the camera, or unchanged where they already fit.
 pub fn for_camera(settings: &Settings, seen: Still, bounds: Bounds) -> Settings {
     fitted_to_camera(settings, seen, bounds).map_or_else(|| settings.clone(), |(fitted, _)| fitted)
 }

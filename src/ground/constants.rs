@@ -18,7 +18,7 @@ pub const LIT_ALIKE: u32 = 1;
 /// A metal that is rougher sends what it mirrors as a lobe: the root of `LEAST_ITEM_ALPHA` in `glsl/gi/rays/item_lobes.glsl`.
 const MIRROR_ROUGHNESS: f32 = 0.388;
 
-/// What a scene and its settings ask for; bits of the constant `FEATURES`.
+/// Shader features that a scene and its settings need: bits of the constant `FEATURES`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features(pub u32);
 
@@ -59,13 +59,13 @@ impl Features {
         self.0 & other.0 != 0
     }
 
-    /// What the materials that are in use and the settings ask for: nothing else costs anything.
+    /// Features needed by the settings and by the materials in use: features that are not needed cost nothing.
     pub fn of(scene: &Scene, settings: &Settings) -> Self {
         let per_pixel = settings.image.direct == DirectLight::Pixels;
         Self(Self::of_scene(scene).0 | if per_pixel { Self::DIRECT_PER_PIXEL.0 } else { 0 })
     }
 
-    /// The scene's part of that.
+    /// Features that the scene needs, whatever the settings.
     pub fn of_scene(scene: &Scene) -> Self {
         let mut bits = 0;
         let mut ask = |feature: Self, when: bool| bits |= if when { feature.0 } else { 0 };

@@ -65,7 +65,8 @@ impl Counts {
         }
     }
 
-    /// What `counters` (one per grid, as the device left them) ask for; the same where nothing overflowed.
+    /// Capacities that hold the numbers in `counters` (one per grid, as the device left them); unchanged where nothing
+    /// overflowed.
     pub fn grown(&self, counters: &[Globals]) -> Self {
         let grown = |capacity: u32, needed: u32, overflow: u32| {
             // An eighth to spare: a moving scene does not grow again at once.

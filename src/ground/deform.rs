@@ -18,7 +18,7 @@ const FLAT: u32 = 2;
 /// Of an undeformed vertex, and of a target's difference.
 const BASE_WORDS: usize = 9;
 
-/// What deforms a scene's vertices, still on the CPU.
+/// Data that deforms a scene's vertices, still on the CPU.
 #[derive(Clone, Default)]
 pub struct DeformPacked {
     /// Mesh by mesh: undeformed vertices, then the targets' differences, then influences.
@@ -28,7 +28,7 @@ pub struct DeformPacked {
     pose_floats: usize,
 }
 
-/// The same on the device; only of scenes in which something deforms.
+/// The data of [`DeformPacked`] on the device; only made for scenes in which something deforms.
 pub struct DeformOnGpu {
     words: Buffer,
     pose: Buffer,

@@ -1,5 +1,5 @@
-//! What [`Finish`] adds to a material, as the device reads it: rows of four words behind the texture levels, so that scenes
-//! without it hold not a byte more, and no further binding is needed. `glsl/ground/finish.glsl` is the twin.
+//! Optional material extensions ([`Finish`]) as the device reads them: rows of four words behind the texture levels, so
+//! that scenes without them hold no byte more, and no further binding is needed. `glsl/ground/finish.glsl` is the twin.
 
 use std::collections::BTreeSet;
 
@@ -76,7 +76,8 @@ pub fn append(finishes: &[PackedFinish], materials: &mut [Material], levels: &mu
     }
 }
 
-/// What the renderer approximates of the scene's materials, a sentence each: `docs/materials.md` says by how much.
+/// The approximations that the renderer makes for the scene's materials, a sentence each: `docs/materials.md` says by
+/// how much.
 pub fn approximated(scene: &Scene) -> Vec<String> {
     type Has = fn(&Finish) -> bool;
     let kinds: [(&str, &str, Has); 6] = [

@@ -53,7 +53,7 @@ impl Grid {
             Center::Point(point) => DVec3::from_array(point),
         };
         let holds = |boxes: u32| {
-            // What lies on the cube's faces, or moves out a little, is to be lit as well.
+            // Geometry that lies on the cube's faces, or moves out of it a little, is to be lit as well.
             let half = 0.5 * finest * FACTOR.powi(boxes as i32) - 0.5 * finest / edge;
             min.cmpge(center - half).all() && max.cmple(center + half).all()
         };

@@ -70,8 +70,8 @@ impl Lamps {
         if self.pieces.is_empty() { 0 } else { (self.pieces.len() as u32).max(samples) }
     }
 
-    /// What the GPU samples. Fewer lamps than samples are cut until every sample has a piece of its own; more are chosen
-    /// through a tree, in an order in which neighbours lie side by side.
+    /// The pieces that the GPU samples. Fewer lamps than samples are cut until every sample has a piece of its own;
+    /// more are chosen through a tree, in an order in which neighbours lie side by side.
     pub fn place(&self, scene: &Scene, pose: &Pose, grid: &Grid, samples: u32) -> PlacedLamps {
         let voxel_from_world = grid.voxel_from_world();
         let frames: Vec<DAffine3> = pose.world_from_instance.iter().map(|w| voxel_from_world * *w).collect();
@@ -101,7 +101,7 @@ impl Lamps {
     }
 }
 
-/// What the GPU samples.
+/// Lamp pieces that the GPU samples, and the tree over them.
 #[derive(Clone, Debug, Default)]
 pub struct PlacedLamps {
     pub pieces: Vec<layout::Lamp>,

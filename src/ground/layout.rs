@@ -20,7 +20,7 @@ macro_rules! shared {
 pub(crate) use shared;
 
 shared! {
-    /// What the recording pass appends, beside [attributes](super::attributes); corners in voxels.
+    /// A triangle as the recording pass appends it, besides its [attributes](super::attributes); corners in voxels.
     Triangle { corners: [[f32; 3]; 3], material: u32, source: u32, translucent: u32 }
 
     /// Counters; the first four are a `VkDrawIndirectCommand`.
@@ -36,7 +36,7 @@ shared! {
     /// One entry of the list of `voxel`; `next` is 1-based, 0 ends the list.
     ListItem { triangle: u32, next: u32, voxel: u32 }
 
-    /// What an item of a list sends, stored radiance, and how much of its voxel it fills.
+    /// Light that a list item sends from each side, in stored radiance, and how much of its voxel it fills.
     ItemLight { front: [f32; 3], opacity: f32, back: [f32; 3], area: f32 }
 
     /// For a list item: the item whose light it copies, the area of its triangle inside the voxel, over a face's, the
@@ -69,7 +69,7 @@ shared! {
     /// Where a level lies in its layer, texels.
     TextureLevel { x: u32, y: u32, width: u32, height: u32 }
 
-    /// What changes from frame to frame. Lengths in voxels unless a name ends in `_m`.
+    /// Data that changes from frame to frame. Lengths in voxels unless a name ends in `_m`.
     Frame {
         clip_from_voxel: [[f32; 4]; 4],
         eye: [f32; 3], voxel_m: f32,

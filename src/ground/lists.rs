@@ -23,34 +23,34 @@ pub struct ListCapacity {
 /// Buffers of a grid.
 pub struct Lists {
     pub place: GridPlace,
-    /// Where those boxes begin, in voxels of the grid,
+    /// Least corners of the boxes of finer voxels, in voxels of the grid.
     pub boxes: [[f32; 3]; MOST_BOXES],
-    /// and began when the lists were made that are there.
+    /// Least corners of the boxes when the present lists were made.
     pub made_boxes: [[f32; 3]; MOST_BOXES],
     /// Counters of items and cells; of the base grid also of recorded triangles.
     pub globals: Buffer,
     pub items: Buffer,
     /// First item of every voxel's list, 1-based.
     pub heads: Buffer,
-    /// What is occupied in this frame,
+    /// Cells that are occupied in this frame.
     pub cells: CellLists,
-    /// and in the one before.
+    /// Cells that were occupied in the frame before.
     pub last_cells: CellLists,
-    /// A bit per cell of every level but the first: it stands in its list.
+    /// A bit per cell of every level but the first: whether the cell is in its list.
     pub listed: Buffer,
-    /// For each list item what it sends,
+    /// Light that each list item sends.
     pub item_lights: Buffer,
-    /// the item whose light it copies,
+    /// For each list item, the item whose light it copies.
     pub item_parts: Buffer,
-    /// the samples of a multisampled raster that fall on it,
+    /// Samples of a multisampled raster that fall on each list item.
     pub item_samples: Buffer,
-    /// the specular lobes of its sides,
+    /// Specular lobes of each list item's sides.
     pub item_lobes: Buffer,
-    /// the direct light of its sides, kept from one pass to the next,
+    /// Direct light of each list item's sides, kept from one pass to the next.
     pub direct_light: Buffer,
-    /// and the light that others see of it,
+    /// Light of each list item as other surfaces see it.
     pub seen_lights: Buffer,
-    /// also in lobes, where it goes on from frame to frame.
+    /// Specular lobes of that light, where light continues from frame to frame.
     pub seen_lobes: Buffer,
     /// The items that are lit, where alike triangles are lit as one.
     pub lit_items: Buffer,
@@ -132,7 +132,7 @@ impl Lists {
         ]
     }
 
-    /// What a pass that asks for the light of items writes at most.
+    /// Most bytes that a pass that asks for the light of items writes.
     pub fn asked_bytes(&self) -> u64 {
         self.asked_items.bytes() + self.lit_items.bytes() + self.second_items.bytes()
     }

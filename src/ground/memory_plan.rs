@@ -1,4 +1,5 @@
-//! What a frame will need, before anything is allocated: each resource's bytes, the total, and the largest grid that fits.
+//! The memory that a frame will need, before anything is allocated: each resource's bytes, the total, and the largest
+//! grid that fits.
 
 use crate::memory::{Limit, apart, mib};
 use crate::{Error, Result};
@@ -83,7 +84,7 @@ fn of_triangles(name: &str) -> bool {
     ["scene ", "deform ", "triangles", "lamp", "list ", "item"].iter().any(|part| name.contains(part))
 }
 
-/// What takes the most of `rows`: its bytes, its name, and how to need less.
+/// The group of `rows` that takes the most: its bytes, its name, and how to need less.
 fn most(rows: &[MemoryRow]) -> (u64, &'static str, &'static str) {
     let sum = |belongs: &dyn Fn(&str) -> bool| rows.iter().filter(|row| belongs(row.0)).map(|row| row.1).sum();
     let groups: [(u64, _, _); 3] = [

@@ -1,5 +1,5 @@
-//! What every method stands on: the scene on the device, recorded triangles, their lists, exact rays, lamps, direct light, and
-//! the image that is made of it. Its shaders are `glsl/ground/`.
+//! The base that all methods share: the scene on the device, recorded triangles, their lists, exact rays, lamps, direct
+//! light, and the image that is made of it. Its shaders are `glsl/ground/`.
 
 pub mod alike;
 pub mod atlas;
@@ -53,11 +53,11 @@ use wants::Wants;
 /// Workgroups along an axis of a dispatch: every device takes so many.
 const MOST_GROUPS: u32 = 65535;
 
-/// What a [`Ground`] is made for.
+/// Inputs from which a [`Ground`] is made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundDesc {
     pub grid: Grid,
-    /// What methods and direct light ask for.
+    /// Requests of methods and direct light.
     pub wants: Wants,
     pub features: Features,
     pub counts: Counts,
@@ -85,7 +85,7 @@ pub struct Ground {
     pub lamp_nodes: Buffer,
     /// As recorded, positions in voxels of the base grid.
     pub triangles: Buffer,
-    /// What they have at their corners beside positions.
+    /// Attributes of the triangles at their corners, besides positions.
     pub attributes: Buffer,
     /// Boxes about them, for rays.
     pub tree: Tree,
@@ -252,7 +252,7 @@ impl Ground {
         Ok(())
     }
 
-    /// What every shading pass reads (`glsl/ground/bindings.glsl`).
+    /// Bindings that every shading pass reads (`glsl/ground/bindings.glsl`).
     pub fn binds(&self) -> Vec<Bind<'_>> {
         let (lists, scene) = (self.base(), &self.scene);
         let mut binds = vec![
@@ -275,7 +275,8 @@ impl Ground {
         binds
     }
 
-    /// The same, and what passes that light list items read and write. `listed`: which items they light; `item_lights`: what they write.
+    /// Bindings of passes that light list items: [`Self::binds`], and the buffers of items. `listed`: which items they
+    /// light; `item_lights`: where they write the light.
     pub fn item_binds<'a>(&'a self, listed: &'a Buffer, item_lights: &'a Buffer) -> Vec<Bind<'a>> {
         let lists = self.base();
         let mut binds = self.binds();
@@ -290,7 +291,7 @@ impl Ground {
         binds
     }
 
-    /// The same as [`Self::binds`], and the blended triangles.
+    /// Bindings of passes over the image: [`Self::binds`], and the blended triangles.
     pub fn image_binds(&self) -> Vec<Bind<'_>> {
         let mut binds = self.binds();
         binds.push(Bind::buffer("blended_sources", &self.blended));

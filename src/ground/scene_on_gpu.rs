@@ -36,9 +36,9 @@ pub struct SceneDraw {
     pub translucent: bool,
 }
 
-/// What the recording pass and shading read.
+/// Scene data that the recording pass and shading read.
 pub struct SceneOnGpu {
-    /// What every vertex has.
+    /// Attributes of every vertex.
     pub corner: CornerWords,
     pub vertices: Buffer,
     pub indices: Buffer,
@@ -54,7 +54,7 @@ pub struct SceneOnGpu {
     /// First vertex of every mesh.
     first_vertex: Vec<i32>,
     pub trees: TreesOnce,
-    /// What deforms vertices, if anything does.
+    /// Data that deforms vertices, if anything does.
     deform: Option<DeformOnGpu>,
 }
 
@@ -348,7 +348,7 @@ fn pack_slot(
     }
 }
 
-/// What the material with that index on the device has beyond the others.
+/// Optional extensions of the material with that index on the device; `None` where it has none.
 fn pack_finish(scene: &Scene, m: &Material, index: usize, table: &mut TextureTable) -> Option<PackedFinish> {
     let finish = m.finish.as_deref().filter(|_| !m.unlit)?;
     let slots = finish.slots().map(|(texture, space)| pack_slot(scene, texture, space, table));

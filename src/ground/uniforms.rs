@@ -1,4 +1,4 @@
-//! What changes from frame to frame, as the shaders read it: camera, lights and starts, all in voxels.
+//! Data that changes from frame to frame, as the shaders read it: camera, lights and starts, all in voxels.
 
 use bytemuck::Zeroable;
 use glam::{DMat4, DVec2, DVec3, Vec3};
@@ -16,7 +16,7 @@ pub struct FrameUniforms<'a> {
     pub scene: &'a Scene,
     pub view: &'a View,
     pub grid: &'a Grid,
-    /// What stored radiance is multiplied with.
+    /// Scale from radiance to its stored value.
     pub scale: f32,
     /// Pixels.
     pub size: (u32, u32),

@@ -165,7 +165,7 @@ impl Voxelise {
     }
 }
 
-/// What places the grid, and each box of finer voxels within the base grid.
+/// Push constants that place the grid, and each box of finer voxels within the base grid.
 fn pushes(lists: &Lists, boxes: u32) -> Vec<GridPush> {
     let edge = lists.place.edge;
     if lists.place != GridPlace::base(edge) || boxes == 0 {

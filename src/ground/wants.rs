@@ -9,7 +9,7 @@ use crate::vk::{Buffer, Image, Recorder};
 pub enum CoarseLight<'a> {
     /// Red, green and blue of a level of an RGBA16F image.
     Image(&'a Image, u32),
-    /// The same of an RGBA32F image.
+    /// Red, green and blue of an RGBA32F image.
     Full(&'a Image),
     /// Whole numbers of 64 bits.
     Sums(&'a Buffer),
@@ -18,28 +18,28 @@ pub enum CoarseLight<'a> {
 /// The requests of a method to the ground. The ground makes nothing that is not asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wants {
-    /// How triangles are recorded and listed,
+    /// How triangles are recorded and listed.
     pub conservative: Conservative,
-    /// for lists of the base grid,
+    /// Whether the base grid has lists.
     pub lists: bool,
-    /// of what the dilated triangles touch: more than the triangles do;
+    /// Whether lists hold the voxels that the dilated triangles touch: more than the triangles do.
     pub dilated: bool,
-    /// or of the voxels into which samples of a multisampled raster fall, so many a pixel: fewer. With
+    /// Samples a pixel, if lists instead hold the voxels into which samples of a multisampled raster fall: fewer. With
     /// [`Wants::item_samples`], which the ground then counts.
     pub sampled: Option<u32>,
     /// Exact rays, through a tree of boxes about the triangles.
     pub rays: bool,
-    /// Lists of its occupied cells, level by level,
+    /// Whether the base grid has lists of its occupied cells, level by level.
     pub cells: bool,
-    /// and those of the lists before: what was filled there is emptied.
+    /// Whether the cell lists before these are kept, so that voxels that were filled there are emptied.
     pub last_cells: bool,
     /// Boxes of finer voxels within the base grid, where it would not hold the scene.
     pub nested: bool,
-    /// List items lit, one by one,
+    /// Whether list items are lit, one by one.
     pub lit_items: bool,
-    /// one for all that are alike,
+    /// Whether one item is lit for all that are alike.
     pub alike: bool,
-    /// and two where another surface cuts the part of an item that is lit.
+    /// Whether two items are lit where another surface cuts the part of an item that is lit.
     pub split: bool,
     /// Whether items are lit only where something asks for their light.
     pub demand: bool,
@@ -48,19 +48,19 @@ pub struct Wants {
     pub item_samples: bool,
     /// Words of 32 bits for the specular lobe in which each side of a list item sends direct light.
     pub lobe_words: u32,
-    /// Whether direct light is kept from one pass of a frame to the next,
+    /// Whether direct light is kept from one pass of a frame to the next.
     pub kept_direct_light: bool,
-    /// beside each lit item the light that others see of it,
+    /// Whether each lit item also has the light that others see of it.
     pub seen_lights: bool,
-    /// which new lists take over from those before them.
+    /// Whether new lists take that light over from the lists before them.
     pub carried_light: bool,
-    /// Lists of further grids,
+    /// Further grids with lists.
     pub grids: Vec<GridPlace>,
-    /// and of their occupied cells, with items that are lit and direct light that is kept.
+    /// Whether these grids also have lists of occupied cells, items that are lit, and direct light that is kept.
     pub lit_grids: bool,
-    /// Whether its diffuse look-up is worth gathering apart from the image,
+    /// Whether its diffuse look-up is worth gathering apart from the image.
     pub diffuse: bool,
-    /// and what it finds for rough lobes on the way beside it.
+    /// Whether that look-up also finds light for rough lobes on the way.
     pub gathers_lobes: bool,
     /// Whether pixels are shaded triangle by triangle as a rasteriser draws them, as the talk's are, by `glsl/gi/<name>/image.frag`, and
     /// not in a compute shader.

@@ -8,7 +8,7 @@ use super::store::{Row, Store, Stored};
 use crate::output::file;
 use crate::{Error, Result};
 
-/// What folders have together.
+/// Rows of several folders together.
 pub struct Merged<R: Row> {
     /// In the order of the whole chart; those of several devices in the order of their keys.
     pub rows: Vec<Stored<R>>,

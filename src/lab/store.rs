@@ -87,7 +87,7 @@ impl Origin {
         Self { machine, device, driver, program, build: build.to_owned(), label, unix_s: 0 }
     }
 
-    /// The same of a row that was just measured.
+    /// The origin of a row that was just measured.
     pub fn now(&self) -> Self {
         Self { unix_s: unix_s(), ..self.clone() }
     }
@@ -248,7 +248,7 @@ impl<R: Row> Store<R> {
         Self::image_in(&self.folder, key)
     }
 
-    /// The same in a folder that is only read.
+    /// Path of a row's image in a folder that is only read.
     pub fn image_in(folder: &Path, key: &str) -> PathBuf {
         folder.join(ROWS).join(format!("{key}.exr"))
     }

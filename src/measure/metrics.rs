@@ -77,8 +77,8 @@ pub struct Comparison {
     /// Of the indirect light: the images less the direct light that [`Subtract`] names. Absent without the layers that this
     /// takes, and where the reference has no indirect light.
     pub indirect: Option<Metrics>,
-    /// The same over the pixels in which the reference shows only diffuse surfaces, neither metallic nor transmitting; absent
-    /// if it has no diffuse layer, no such pixels, or no indirect light in them.
+    /// Of the indirect light over the pixels in which the reference shows only diffuse surfaces, neither metallic nor
+    /// transmitting; absent if it has no diffuse layer, no such pixels, or no indirect light in them.
     pub indirect_diffuse: Option<Metrics>,
     /// LDR-FLIP per pixel, 0 to 1, at 67 pixels per degree; see [`exposed`].
     #[serde(skip)]
@@ -192,7 +192,7 @@ fn finite(pixel: &[f32; 3]) -> bool {
     pixel.iter().all(|v| v.is_finite())
 }
 
-/// The same pixel of the image and of the reference.
+/// A pixel's values in the image and in the reference.
 type Pair = ([f64; 3], [f64; 3]);
 
 /// The metrics of `image` against `reference`, pixel by pixel; `what` names the reference in the error for a black one.

@@ -110,7 +110,7 @@ impl Count {
     }
 }
 
-/// What a run's frames did: their times, without those of the warm-up frames.
+/// Reports of a run's frames: their times, without those of the warm-up frames.
 #[derive(Clone, Debug, Default)]
 pub struct Timings {
     warm_up: usize,

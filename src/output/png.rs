@@ -103,7 +103,7 @@ pub fn encode(image: &Layers, exposure_ev: f32) -> Result<Vec<u8>> {
     encode_rgba(image.width, image.height, rgba.into_flattened())
 }
 
-/// The same with alpha.
+/// The bytes of a PNG file: 8-bit RGBA without a colour space chunk.
 pub fn encode_rgba(width: u32, height: u32, rgba: Vec<u8>) -> Result<Vec<u8>> {
     png_of(RgbaImage::from_raw(width, height, rgba).map(Into::into), width, height)
 }

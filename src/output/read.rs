@@ -1,4 +1,4 @@
-//! What is checked of a file before it is read.
+//! Checks of a file before it is read.
 
 use std::fs::{File, Metadata};
 use std::io::Read;

@@ -4,7 +4,7 @@
 /// darker than theirs, for contrast on light and dark pages.
 pub const COLORS: &[&str] = &["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b8860b", "#56b4e9", "#7f7f7f"];
 
-/// The same for white pages only: with the original yellow, a darker one and two greys.
+/// Colours for white pages only: with the original yellow, a darker one and two greys.
 pub const COLORS_ON_WHITE: &[&str] =
     &["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c7a00", "#777777", "#222222"];
 

@@ -1,4 +1,4 @@
-//! What `twobounce plan` answers: the file that `--json` writes, and the same in words. `docs/json.md` lists the keys.
+//! Answer of `twobounce plan`: the file that `--json` writes, and the same in words. `docs/json.md` lists the keys.
 
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +29,7 @@ pub struct Answer {
     /// A command per view.
     pub commands: Vec<String>,
     pub choice: Choice,
-    /// What takes the most of its limit, its share of it; absent where there is none.
+    /// The quantity that takes the most of its limit, and its share of it; absent where there is no limit.
     pub binds: Option<Binds>,
     /// Shares of the frame's time, the largest first.
     pub passes: Vec<PassShare>,
@@ -100,13 +100,13 @@ pub struct Neighbour {
 pub struct Confidence {
     /// Samples per pixel of the references.
     pub samples: u32,
-    /// What the references' own noise is at most, in the measure of the error.
+    /// Upper bound of the references' own noise, in the measure of the error.
     pub noise: f64,
-    /// The same settings against references of another seed, at the worst view.
+    /// Error of the choice against references of another seed, at the worst view.
     pub other_seed: f64,
     /// Errors at views that were not searched.
     pub held_out: Vec<HeldOut>,
-    /// What a second bounce adds to the image's light, as a share of it; absent where it was not measured.
+    /// Light that a second bounce adds to the image, as a share of its light; absent where it was not measured.
     pub second_bounce: Option<f64>,
 }
 

@@ -17,14 +17,14 @@ use crate::settings::Settings;
 use crate::stability::warnings;
 use crate::{Error, Result};
 
-/// What is asked.
+/// Question that `plan` answers.
 pub struct Question {
     /// Where the settings are to hold: one at least.
     pub views: Vec<Seen>,
     /// Where the winner is checked.
     pub held_out: Vec<Seen>,
     pub limits: Limits,
-    /// What may be chosen among.
+    /// Methods that may be chosen.
     pub methods: Vec<Method>,
     /// `key=value` that all settings have.
     pub fixed: Vec<String>,

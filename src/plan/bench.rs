@@ -47,7 +47,7 @@ impl Seen {
     }
 }
 
-/// What is kept of settings at a view.
+/// Measurement of settings at a view, as it is kept.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Row {
     /// Milliseconds of device time of the fastest of the timed frames, pass by pass.
@@ -182,7 +182,7 @@ impl<'a> Bench<'a> {
         Ok(Row { passes, cpu_ms, spent_cpu_ms, bytes, image: encode(&image) })
     }
 
-    /// What a row says, against a reference.
+    /// Evaluates a row against a reference.
     pub fn judge(&self, row: &Row, reference: &Layers) -> Result<Reading> {
         let pixels = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
         let more = pixels(self.setup.options.size) / pixels(self.setup.size);

@@ -1,4 +1,4 @@
-//! What is asked of settings, and which of two do better.
+//! Limits on settings, and which of two settings do better.
 
 use std::cmp::Ordering;
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::search::Reading;
 
-/// What a frame may cost, and how wrong it may be; at least one is given.
+/// Limits on a frame's cost and on its error; at least one is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     /// Mean |image − reference| over the reference's mean, as a share.

@@ -1,4 +1,4 @@
-//! What a combination of rungs would give, from what single steps gave.
+//! Predictions for a combination of rungs, from measurements of single steps.
 //!
 //! A step of a ladder changes each pass of a frame by a factor, so that steps which work on the same pass multiply: half the
 //! pixels and half the rays are a quarter of the gathering. So do errors, as was measured: over full sweeps of four scenes, a factor
@@ -24,7 +24,7 @@ struct Step {
     bytes: f64,
 }
 
-/// What is known of one method's places.
+/// Predictions for one method's places.
 pub struct Model<'a> {
     spaces: &'a [Space],
     /// Of all methods: what a step does with one is a first guess of what it does with another.
@@ -45,7 +45,7 @@ impl<'a> Model<'a> {
         self.measured(ladder, from, to).is_some()
     }
 
-    /// What a place would give; `None` where nothing is known of a step to it.
+    /// Predicts the measurement of a place; `None` where nothing is known of a step to it.
     pub fn predict(&self, place: &[usize]) -> Option<Reading> {
         let distance = |point: &&&Point| differing(&point.place, place).count();
         let nearest = self.points.iter().filter(|point| point.space == self.near.space).min_by_key(distance)?;

@@ -1,8 +1,8 @@
-//! What a scene asks of settings, and what it has no use for.
+//! Features of a scene that settings must serve, and settings that it has no use for.
 
 use crate::scene::{Alpha, LightKind, Material, Scene};
 
-/// What a scene has.
+/// Features of a scene that settings depend on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Needs {
     /// Surfaces that emit light.
@@ -21,7 +21,7 @@ impl Needs {
         let used: Vec<&Material> =
             scene.instances.iter().map(|i| &scene.materials[scene.meshes[i.mesh].material]).collect();
         let wide = scene.lights.iter().any(|light| light.radius > 0.0);
-        // What rough dielectrics mirror is taken from their diffuse light: `rays.glossy`.
+        // Light that rough dielectrics mirror is taken from their diffuse light: `rays.glossy`.
         let mirrors =
             |m: &&Material| !m.unlit && (m.metallic > 0.0 || (m.specular > 0.0 && m.ior != 1.0 && m.roughness < 0.7));
         let transmits = used.iter().any(|m| m.transmission > 0.0);

@@ -8,12 +8,12 @@ use super::model::{Model, differing};
 use super::space::{Ladder, Place, Space};
 use crate::Result;
 
-/// What one measuring tells.
+/// Result of one measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
     /// Device time of a frame in milliseconds.
     pub ms: f64,
-    /// The same, pass by pass.
+    /// Device time in milliseconds, pass by pass.
     pub passes: BTreeMap<String, f64>,
     /// Device memory.
     pub bytes: u64,

@@ -1,4 +1,5 @@
-//! What is tried: for each method a ladder per setting, its cheapest rung first, and what the scene has no use for left out.
+//! Search space: for each method a ladder per setting, its cheapest rung first. Anything that the scene has no use for
+//! is left out.
 
 use super::needs::Needs;
 use crate::Result;

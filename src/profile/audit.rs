@@ -1,4 +1,4 @@
-//! What a frame did and took, pass by pass and resource by resource: for telling what its scene does not ask for.
+//! Audit of a frame, pass by pass and resource by resource: it finds work and memory that the scene does not need.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::vk::{AttachmentLog, CallLog, CommandLog, Context, FrameLog};
 /// A resource below so many bytes is a placeholder: shaders that may read it must be given something.
 pub const PLACEHOLDER: u64 = 1024;
 
-/// What a frame from scratch did.
+/// Passes and resources of a frame from scratch.
 #[derive(Clone, Debug)]
 pub struct Audit {
     pub passes: Vec<PassUse>,
@@ -33,7 +33,7 @@ pub struct PassUse {
     pub empty: usize,
 }
 
-/// What was allocated.
+/// Allocated memory, and the passes that use it.
 #[derive(Clone, Debug)]
 pub struct ResourceUse {
     pub name: &'static str,
@@ -90,7 +90,7 @@ impl Audit {
         said
     }
 
-    /// What this frame has that another has not, and the other way round: passes, pipelines, bytes.
+    /// Differences between this frame and another, both ways: passes, pipelines, bytes.
     pub fn beside(&self, other: &Self) -> Vec<String> {
         let lacks = |own: &Self, other: &Self, word: &str| -> Vec<String> {
             let has = |name: &str| other.passes.iter().any(|pass| pass.name == name);

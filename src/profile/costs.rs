@@ -9,7 +9,7 @@ use crate::gi::{Method, PassUnit};
 use crate::ground::layout;
 use crate::measure::timing::{PassTiming, short_bytes};
 
-/// What one pass costs per unit of work, and by the model. Nanoseconds of device time, from the median.
+/// Cost of one pass per unit of work, and by the model. Nanoseconds of device time, from the median.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct PassCost {
     pub name: &'static str,
@@ -23,11 +23,11 @@ pub struct PassCost {
     pub ns_per_cone_step: Option<f64>,
     /// Of the passes that trace rays, over their whole time.
     pub rays_per_s: Option<f64>,
-    /// What the pass read in an instrumented frame.
+    /// Reads and steps of the pass in an instrumented frame.
     pub counts: Counts,
     /// A model: every read counts in full. See [`Counts`].
     pub fetched_bytes: u64,
-    /// What the pass writes: stated by the pass; of list items and triangles, counted.
+    /// Bytes that the pass writes: stated by the pass; of list items and triangles, counted.
     pub written_bytes: u64,
     /// Fetched and written bytes over the median time, 10⁹ a second. Caches explain a rate above the copy rate.
     pub gb_per_s: f64,
@@ -35,7 +35,7 @@ pub struct PassCost {
     pub share_of_copy: f64,
 }
 
-/// What the passes of a frame work on.
+/// Amount of work of a frame's passes.
 pub struct Work<'a> {
     pub method: Method,
     pub frame: &'a Counters,
@@ -43,7 +43,7 @@ pub struct Work<'a> {
     pub copy: &'a CopyRates,
 }
 
-/// What the passes of the ground work on, by the start of their names.
+/// Units of work of the ground's passes, by the start of their names.
 const GROUND_UNITS: [(&str, PassUnit); 7] = [
     ("voxelise", PassUnit::MadeItems),
     ("alike", PassUnit::WalkedItems),

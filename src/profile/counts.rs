@@ -1,6 +1,5 @@
-//! What counting shaders count, and how many bytes that is: a model in which every read counts in full, as if there were no
-//! caches. Attachments, uniforms and fixed-function reads are left out. Twin of
-//! `glsl/common/count.glsl`.
+//! Kinds of things that counting shaders count, and bytes of each: a model in which every read counts in full, as if
+//! there were no caches. Attachments, uniforms and fixed-function reads are left out. Twin of `glsl/common/count.glsl`.
 
 use serde::Serialize;
 

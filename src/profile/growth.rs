@@ -180,7 +180,7 @@ pub fn exponent(x: &[f64], y: &[f64]) -> Option<f64> {
     (points.len() > 1 && variance > 0.0).then(|| covariance / variance)
 }
 
-/// The same surface with every triangle cut into four at the middles of its edges. Attributes are averaged and no
+/// The surface of a mesh with every triangle cut into four at the middles of its edges. Attributes are averaged and no
 /// direction is made unit again, so that they interpolate as before.
 pub fn subdivided(mesh: &Mesh) -> Mesh {
     let mut fine = Mesh { indices: Vec::with_capacity(4 * mesh.indices.len()), deform: None, ..mesh.clone() };

@@ -1,5 +1,5 @@
-//! What a frame costs: time of each pass per unit of its work, bytes read in an instrumented frame compared with the device's
-//! copy rate, and how times grow. `twobounce profile` shows it.
+//! Costs of a frame: time of each pass per unit of its work, bytes read in an instrumented frame compared with the
+//! device's copy rate, and how times grow. `twobounce profile` shows them.
 
 pub mod audit;
 pub mod copy;
@@ -53,7 +53,7 @@ impl Subject<'_> {
         Ok(Run { timings, plan: renderer.plan(), allocated_bytes: context.allocated_bytes() })
     }
 
-    /// What each pass of a frame reads; `context` from [`Context::counting`].
+    /// Counts of each pass of a frame; `context` from [`Context::counting`].
     pub fn count(&self, context: &Arc<Context>) -> Result<Vec<(&'static str, Counts)>> {
         let mut renderer = self.renderer(context)?;
         (self.check)()?;

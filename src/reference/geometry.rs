@@ -34,7 +34,7 @@ impl Units {
     }
 }
 
-/// What rays test before they evaluate a material.
+/// Material properties that rays test before they evaluate a material.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MaterialFlags {
     /// A hit counts only where the alpha mask is opaque.

@@ -24,7 +24,7 @@ const PERCENTILE: f64 = 0.95;
 pub fn lights_itself(scene: &Scene, pose: &Pose, view: &View) -> Result<bool> {
     let brightest = scene.instances.iter().map(|i| scene.materials[scene.meshes[i.mesh].material].emissive);
     let brightest = brightest.map(|emissive| luminance(emissive.into())).fold(0.0, f32::max);
-    // What is seen of a black scene is emission alone.
+    // A copy of the scene with black surfaces shows emission alone.
     let mut black = scene.clone();
     for material in &mut black.materials {
         material.base_color = Vec4::new(0.0, 0.0, 0.0, material.base_color.w);

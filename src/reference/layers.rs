@@ -1,4 +1,4 @@
-//! What lies over a base: sheen, and over both a clearcoat (KHR_materials_sheen, KHR_materials_clearcoat).
+//! Layers over a base: sheen, and over both a clearcoat (KHR_materials_sheen, KHR_materials_clearcoat).
 //!
 //! The coat takes its share by Fresnel at the viewer's angle, as its specification says; the sheen takes from the base what
 //! it reflects from light all around, at the viewer's or the light's angle, whichever is more.
@@ -42,7 +42,7 @@ fn coat_share(finish: &FinishParams, cos: f32) -> f32 {
     finish.clearcoat * (COAT_F0 + (1.0 - COAT_F0) * schlick(cos))
 }
 
-/// What a clearcoat leaves of the light that comes from below it.
+/// Share of the light from below a clearcoat that passes it.
 pub fn coat_leaves(finish: &FinishParams, normal: Vec3, to_viewer: Vec3) -> f32 {
     1.0 - coat_share(finish, normal.dot(to_viewer).abs())
 }
@@ -87,7 +87,7 @@ impl Layers {
         })
     }
 
-    /// What the layers leave of the base's light from one direction.
+    /// Share of the base's light from one direction that passes the layers.
     fn leave(&self, cos: f32) -> f32 {
         let taken = if self.sheen_max > 0.0 {
             self.sheen_max * self.viewer_albedo.max(sheen::albedo(self.sheen_roughness, cos)).min(1.0)
@@ -97,7 +97,7 @@ impl Layers {
         (1.0 - taken) * (1.0 - self.coat_share)
     }
 
-    /// What they leave of light that passes straight through the base.
+    /// Share of light that passes straight through the base which the layers let pass.
     pub fn leave_straight(&self) -> f32 {
         self.leave(self.wo.z)
     }
@@ -158,7 +158,7 @@ impl Layers {
     }
 }
 
-/// What [`Layers::sample`] chose.
+/// Choice that [`Layers::sample`] made.
 pub enum Choice {
     Nothing,
     Mirror(Scatter),

@@ -24,7 +24,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// What the clearcoat leaves of emission towards a viewer.
+    /// Share of emission towards a viewer that passes the clearcoat.
     pub fn coat_leaves(&self, to_viewer: Vec3) -> f32 {
         self.params.finish.as_ref().map_or(1.0, |finish| coat_leaves(finish, self.coat_normal, to_viewer))
     }

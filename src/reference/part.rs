@@ -51,7 +51,7 @@ impl Part {
         })
     }
 
-    /// What [`Self::write`] wrote; `None` if it is damaged.
+    /// Decodes bytes that [`Self::write`] wrote; `None` if they are damaged.
     pub fn decode(bytes: &[u8]) -> Option<Self> {
         let rest = bytes.strip_prefix(&MAGIC)?;
         let (length, rest) = rest.split_first_chunk::<4>()?;

@@ -65,7 +65,7 @@ impl SampledMap {
     fn new(map: &Arc<SkyMap>, rotation: Mat3) -> Self {
         let texels = map.texels();
         let bright = |x: usize, y: usize| texels.get(x % texels.width, y).max_element();
-        // What is linear between texels has, over a texel, a mean of 1/8, 6/8 and 1/8 of three.
+        // A function that is linear between texels has, over a texel, a mean of 1/8, 6/8 and 1/8 of three.
         let blurred = |before: f32, here: f32, after: f32| (before + 6.0 * here + after) / 8.0;
         let across = |x: usize, y: usize| blurred(bright(x + texels.width - 1, y), bright(x, y), bright(x + 1, y));
         let mut columns = Vec::with_capacity(texels.width * texels.height);

@@ -1,5 +1,5 @@
-//! What makes an image better over several passes: light that goes on to bounce until it has settled, a mean over further
-//! passes of it, and the mean over passes of the image. [`Renderer::render`] makes them all; a window shows what there is in between.
+//! Progressive refinement: light bounces on until it has settled, then further passes over the light are averaged, and
+//! passes over the image. [`Renderer::render`] makes them all; a window shows what there is in between.
 
 use super::{FrameReport, Renderer};
 use crate::Result;
@@ -88,7 +88,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// What the method holds, coarsely.
+    /// Numbers that represent, coarsely, the light that the method holds.
     fn coarse_light(&self) -> Result<Vec<f64>> {
         let number = |bits: u16| half::f16::from_bits(bits).to_f64();
         Ok(match self.frame.method.coarse_light() {

@@ -13,7 +13,7 @@ const UNIFORM_TIMES: usize = 64;
 const TIMES_MAX: usize = 4096;
 /// Up to this number of vertices × times every vertex is transformed, which takes about a second.
 const VERTEX_SAMPLES_MAX: usize = 1 << 28;
-/// The same of vertices that deform, which takes longer.
+/// Number of deforming vertices × times above which fewer times are sampled, because these vertices take longer.
 const DEFORMED_SAMPLES_MAX: usize = 1 << 24;
 
 impl Bounds {
@@ -53,7 +53,8 @@ impl Scene {
         self.bounds_of(&Playback::once(animation))
     }
 
-    /// The same over all that plays, until the longest has ended, or twice as long where it repeats.
+    /// The box of [`Self::bounds`] over all animations that play, until the longest has ended, or twice as long where
+    /// it repeats.
     pub fn bounds_of(&self, playback: &Playback) -> Bounds {
         let times = self.sample_times(playback);
         let points: Vec<Cow<[Vec3]>> = self.meshes.iter().map(|m| hull_points(&m.positions, times.len())).collect();

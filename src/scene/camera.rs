@@ -24,7 +24,7 @@ impl View {
         Self::framing_within(bounds, DEFAULT_FOV_DEGREES.to_radians())
     }
 
-    /// The same with a vertical field of view of `fov` radians, from as far as that asks for.
+    /// The view of [`Self::framing`] with a vertical field of view of `fov` radians, from the distance that this needs.
     pub fn framing_within(bounds: Bounds, fov: f32) -> Self {
         let radius = 0.5 * bounds.size().length();
         let radius = if radius > 0.0 { radius } else { 1.0 };
@@ -129,7 +129,7 @@ mod tests {
                 assert!(view.segment([from - along, from - 9.0 * along], size).is_none(), "behind the eye");
             }
         }
-        // What comes from behind is cut off where it passes the near plane.
+        // A segment that begins behind the camera is cut off where it passes the near plane.
         let aside = perspective.eye + perspective.right();
         let cut =
             perspective.segment([aside + perspective.forward, aside - perspective.forward], size).expect("a half");

@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3, Vec3, Vec4};
 
 use super::{Mesh, Pose, Scene};
 
-/// What a node has to deform the meshes that it shows: a skin's joints, weights of morph targets, or both.
+/// Data with which a node deforms the meshes that it shows: a skin's joints, weights of morph targets, or both.
 #[derive(Clone, Debug, Default)]
 pub struct Deformer {
     /// Index into [`Scene::nodes`].
@@ -53,7 +53,7 @@ pub struct Target {
     pub tangents: Vec<Vec3>,
 }
 
-/// What a [`Deformer`] does at a time.
+/// State of a [`Deformer`] at a time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DeformPose {
     /// Rows of a matrix per joint: the instance's space from the mesh's.
@@ -222,7 +222,7 @@ impl Scene {
         self.meshes.iter().map(|mesh| mesh.posed(pose)).collect()
     }
 
-    /// What deforms the mesh, if it has a skin.
+    /// The deformer of the mesh, if it has a skin.
     pub fn skinned(&self, mesh: usize) -> Option<&Deformer> {
         let deformer = &self.deformers[self.meshes[mesh].deform.as_ref()?.deformer];
         (!deformer.joints.is_empty()).then_some(deformer)

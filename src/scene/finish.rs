@@ -1,4 +1,5 @@
-//! What six extensions add to a material; few materials have any of it. Names are those of the specifications.
+//! Optional parts of a material from six extensions; few materials have any of them. Names are those of the
+//! specifications.
 
 use glam::{Affine2, Vec2, Vec3, Vec4};
 
@@ -120,7 +121,7 @@ impl Finish {
         ]
     }
 
-    /// The same slots, to be changed.
+    /// The slots of [`Self::slots`] in the same order, to be changed.
     pub fn slots_mut(&mut self) -> [&mut Option<TextureRef>; 10] {
         [
             &mut self.clearcoat.texture,

@@ -1,4 +1,4 @@
-//! What light a scene has, and the default light for a scene without any.
+//! Light of a scene, and the default light for a scene without any.
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 

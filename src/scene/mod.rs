@@ -45,7 +45,7 @@ pub struct Scene {
     /// The node tree, parents before children.
     pub nodes: Vec<Node>,
     pub animations: Vec<Animation>,
-    /// What deforms meshes.
+    /// Skins and morph targets that deform meshes.
     pub deformers: Vec<deform::Deformer>,
     /// Meshes, lights and cameras refer to nodes.
     pub instances: Vec<Instance>,
@@ -55,7 +55,7 @@ pub struct Scene {
     pub sky: Vec3,
     /// How much brighter the sky is straight up (+Y) than level, and darker straight down: at most [`Self::sky`].
     pub sky_gradient: Vec3,
-    /// What the sky is like, direction by direction; its mean is [`Self::sky`]. [`Scene::set_sky_map`] sets both.
+    /// Radiance of the sky, direction by direction; its mean is [`Self::sky`]. [`Scene::set_sky_map`] sets both.
     pub sky_map: Option<Arc<sky::SkyMap>>,
     /// How far the map is turned counter-clockwise, seen from above: in whole turns.
     pub sky_turn: f32,
@@ -313,7 +313,7 @@ pub struct WeightChannel {
     pub interpolation: Interpolation,
 }
 
-/// What plays: animations of a scene, all at once. Where two set the same, the later one wins.
+/// Animations of a scene that play, all at once. Where two set the same, the later one wins.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Playback {
     /// Indices into [`Scene::animations`].

@@ -106,7 +106,7 @@ mod tests {
         for roughness in [0.07, 0.1, 0.16, 0.33, 0.5, 0.77, 1.0] {
             for cos in [0.003, 0.02, 0.1, 0.3, 0.57, 0.8, 1.0] {
                 let (table, exact) = (albedo(roughness, cos), integrated(roughness, cos));
-                // What linear steps between 33 × 33 entries cost.
+                // The tolerance is the error of linear interpolation between 33 × 33 entries.
                 assert!(
                     (table - exact).abs() < 0.01 + 0.02 * exact,
                     "roughness {roughness}, cosine {cos}: {table}, not {exact}"

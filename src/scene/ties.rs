@@ -9,7 +9,7 @@ const MANY: u8 = 16;
 /// How much larger a box becomes at most, of its size and in any case, where the scene is 1024 wide: what rounding leaves.
 const SHARE: f32 = 0.02;
 const LEAST: f32 = 1.0 / 4096.0;
-/// The same for boxes at one place, which differ by nothing else.
+/// Lower bound of the growth of boxes at one place, which differ by nothing else.
 const LEAST_OF_SAME: f32 = 1.0 / 64.0;
 
 /// Makes boxes a little larger, each by another amount, of which there are many of the same size.

@@ -5,16 +5,16 @@ use std::sync::LazyLock;
 use super::methods::{Method, tables_keys};
 use super::{Bounces, GridSettings, ImageSettings, LightSettings};
 
-/// What `twobounce settings` says about one setting.
+/// Description of one setting, as `twobounce settings` prints it.
 #[derive(Clone, Copy, Debug)]
 pub struct Key {
     /// Dotted, as in `--set image.samples=1`.
     pub name: &'static str,
     pub unit: &'static str,
     pub range: Range,
-    /// What it does, and the choices where there are some.
+    /// Effect of the setting, and the choices where there are some.
     pub meaning: &'static str,
-    /// What more of it costs.
+    /// Cost of a larger value, or of the dearer choice.
     pub cost: &'static str,
     /// Shown only with `--all`: the ledger, the talk's variants, and what is rarely changed.
     pub rare: bool,
@@ -27,7 +27,7 @@ pub enum Range {
     Choice(fn() -> Vec<&'static str>),
     /// A whole number between these, both included.
     Whole(u32, u32),
-    /// The same, or `auto`.
+    /// As [`Self::Whole`], or `auto`.
     WholeOrAuto(u32, u32),
     /// A power of two between these, both included.
     PowerOfTwo(u32, u32),
@@ -35,7 +35,7 @@ pub enum Range {
     OneOf(&'static [u32]),
     /// A finite number between these, both included.
     Number(f64, f64),
-    /// The same, or `auto`.
+    /// As [`Self::Number`], or `auto`.
     NumberOrAuto(f64, f64),
     /// Three finite numbers within ± the bound, `camera` or `auto`.
     Center(f64),

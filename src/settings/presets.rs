@@ -8,7 +8,7 @@ use super::{Conservative, GatherResolution, LampLight, Method, Settings, Shadows
 #[derive(Clone, Copy, Debug)]
 pub struct Preset {
     pub name: &'static str,
-    /// What it is for.
+    /// Purpose of the preset.
     pub meaning: &'static str,
     pub settings: fn() -> Settings,
 }
@@ -91,7 +91,8 @@ impl Settings {
         lpv
     }
 
-    /// The same as the source has it, by its page and what its author published; what it leaves open is as in [`Settings::lpv`].
+    /// Light propagation as the source has it, by its page and what its author published; the rest is as in
+    /// [`Settings::lpv`].
     pub fn lpv_printed() -> Self {
         let mut printed = Self::lpv();
         printed.lights.lamps = LampLight::Gathered;
@@ -107,7 +108,7 @@ impl Settings {
         corrected
     }
 
-    /// The same with the sixteen diffuse cones that the talk prints too.
+    /// [`Settings::corrected`] with the sixteen diffuse cones that the talk prints too.
     pub fn corrected_16() -> Self {
         let mut corrected = Self::corrected();
         corrected.of.cones.set = ConeSet::Sixteen;

@@ -1,4 +1,4 @@
-//! What a case is: a scene, a number with an ideal, and how far from it the number may lie.
+//! Cases: a scene, a number with an ideal, and how far from it the number may lie.
 
 use glam::{DAffine3, DVec3};
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ use super::row::NOT_FINITE;
 #[serde(deny_unknown_fields)]
 pub struct Case {
     pub name: String,
-    /// What stands there and what is measured, in a sentence.
+    /// The scene and the number that is measured, in a sentence.
     pub meaning: String,
     /// A sentence that says what the user should do about it.
     pub advice: String,

@@ -39,7 +39,7 @@ impl Effort {
     pub const QUICK: Self = Self { places: 2, steps: 3, samples: 32, seeds: 12 };
 }
 
-/// What a row is made with.
+/// Inputs from which a row is made.
 #[derive(Clone)]
 pub struct Cell<'a> {
     pub context: &'a Arc<Context>,
@@ -86,7 +86,7 @@ impl Cell<'_> {
         Place::all(self.effort.places, true)
     }
 
-    /// The same cell with one setting changed.
+    /// A copy of the cell with one setting changed.
     pub fn with(&self, assignment: &str) -> Result<Self> {
         let mut cell = self.clone();
         cell.settings.set(assignment)?;

@@ -40,7 +40,7 @@ impl Outline {
         file::write_kept(&store.path("outline.toml"), self)
     }
 
-    /// That of a folder.
+    /// Reads the outline of a folder.
     ///
     /// # Errors
     /// [`Error::File`]: there is none, it is damaged, or it is of another version of the program.

@@ -95,7 +95,7 @@ const FAINT: f64 = 1e-3;
 const BOUNDED: f64 = 0.98;
 const BOUND: f32 = 4.0;
 
-/// What counts of a truth's values at most.
+/// Bound on a truth's values: larger ones count as this.
 pub fn bound(truth: &[[f32; 3]]) -> f32 {
     let mut values: Vec<f32> = truth.iter().flatten().copied().collect();
     values.sort_unstable_by(f32::total_cmp);

@@ -18,7 +18,7 @@ pub struct Row {
     pub method: String,
     /// Voxels along the grid's edge.
     pub grid: u32,
-    /// What makes this row again.
+    /// Command that makes this row again.
     pub command: String,
     /// Absent where it could not run.
     pub measured: Option<Measured>,
@@ -34,7 +34,7 @@ pub struct Measured {
     pub number: Spread,
     /// Of the place that is the farthest from the ideal: how far.
     pub distance: f64,
-    /// That place in words.
+    /// The place that is the farthest from the ideal, in words.
     pub worst: String,
     /// Every place and its number.
     pub places: Vec<(String, f64)>,
@@ -50,7 +50,7 @@ pub struct Measured {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pictures {
     pub image: String,
-    /// What it should be, where that is known.
+    /// The image as it should be, where that is known.
     pub truth: Option<String>,
 }
 

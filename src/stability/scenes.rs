@@ -67,7 +67,7 @@ pub fn room() -> Stage {
     room_with(|scene| scene.add_light(LightKind::Point, Vec3::splat(2.0), at(0.2, 0.6, 0.1)))
 }
 
-/// The same, lit otherwise.
+/// The room of [`room`] with another light.
 pub fn room_with<T>(light: impl FnOnce(&mut Scene) -> T) -> Stage {
     let mut scene = Scene::empty("room");
     let grey = add_plaster(&mut scene, [0.7; 3]);

@@ -61,7 +61,7 @@ impl<'a> Studio<'a> {
         Self::about(cell, stage, DVec3::ZERO)
     }
 
-    /// The same with the grid about `center`.
+    /// As [`Self::new`], with the grid around `center`.
     pub fn about(cell: &Cell<'a>, stage: Stage, center: DVec3) -> Result<Self> {
         let aovs = vec![Aov::Direct, Aov::Indirect, Aov::Depth];
         let voxel_m = stage.voxel_m(&cell.settings);
@@ -84,7 +84,7 @@ impl<'a> Studio<'a> {
         self.shoot_at(&place.world(self.voxel_m))
     }
 
-    /// The same without the light of earlier frames.
+    /// As [`Self::shoot`], without the light of earlier frames.
     pub fn shoot_anew(&mut self, place: &Place) -> Result<Layers> {
         self.renderer.forget_light();
         self.shoot(place)

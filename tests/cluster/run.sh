@@ -18,7 +18,7 @@ recipe() {
     sed "s|chart scene.glb|$chart|"
 }
 
-# What of a chart does not depend on the moment: keys, names and errors.
+# Parts of a chart that do not depend on the moment: keys, names and errors.
 lasting() {
   python3 - "$1" <<'END'
 import json, sys

@@ -209,7 +209,7 @@ fn a_row_and_a_comparison_of_its_images_say_the_same() {
     }
 }
 
-/// What the program was killed with is there the next time, and gives the same chart as an undisturbed one.
+/// A program that was killed finds its rows the next time, and makes the chart that an undisturbed one makes.
 #[cfg(unix)]
 #[test]
 fn killed_or_interrupted_it_goes_on() {

@@ -150,7 +150,7 @@ fn an_imported_image_has_the_errors_of_the_charts_own() {
     assert_eq!(svg.matches("class=\"title\"").count(), 4, "{svg}");
     assert!(svg.contains("Bare, other program: 7 ms as given"), "{svg}");
 
-    // The same command keeps all of it; another image under the same name is judged anew; none leaves the others.
+    // The command again keeps all of it; another image under the same name is judged anew; none leaves the others.
     let said = folder.done(&[&["chart", SCENE, "-o", "out"][..], &SMALL, &args].concat());
     assert!(said.contains("rows kept from earlier calls: 8 of 8"), "{said}");
     folder.foreign("fast.exr", "bare.exr", |image| {

@@ -28,7 +28,7 @@ fn the_example_draws_what_the_command_line_draws() {
     let (own, other) = (pixels(own), pixels(other));
     assert!(own == other, "the pictures differ");
     assert!(own.pixels().any(|pixel| pixel.0.iter().any(|&code| code > 100)), "it is not black");
-    // What is refused.
+    // A call with too few arguments is refused.
     let refused = Command::new(&host).arg(&scene).output().expect("the example");
     assert!(refused.status.code() == Some(2) && String::from_utf8_lossy(&refused.stderr).starts_with("call it with"));
 }

@@ -165,7 +165,7 @@ fn nothing_is_made_for_a_standard_output_that_is_closed() {
         }
         assert_eq!(refusal(&after("exec >/dev/null", &folder, &args), &format!("{args:?}")), None);
     }
-    // What else is said there may be lost.
+    // Other messages on standard output may be lost.
     assert_eq!(refusal(&after("exec >&-", &folder, &RENDER), "an image in a file"), None);
 }
 

@@ -82,7 +82,7 @@ fn parts_of_a_chart_are_the_whole_one() {
     let said = folder.done(&chart(&scene, "merged", &[]));
     assert!(said.contains(&format!("rows kept from earlier calls: {0} of {0}", whole.len())), "{said}");
 
-    // The same rows of other machines: the first times stay, the others are history; other numbers are refused.
+    // Rows of other machines with these keys: the first times stay, the others are history; other numbers are refused.
     let said = folder.done(&["merge", "merged", "whole", "-o", "both", "--history"]);
     // The time of the import was given: it is the one in every folder.
     let timed = whole.len() - 1;

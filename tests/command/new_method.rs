@@ -15,7 +15,7 @@ fn root() -> &'static Path {
 fn copy(from: &Path, to: &Path) {
     if from.is_file() {
         let new = fs::read(from).unwrap();
-        // What did not change keeps its time, so that it is not built again.
+        // An unchanged file keeps its time, so that it is not built again.
         if fs::read(to).ok().as_ref() != Some(&new) {
             fs::create_dir_all(to.parent().unwrap()).unwrap();
             fs::write(to, new).unwrap();

@@ -92,7 +92,7 @@ fn the_answer_holds_and_is_the_same_at_once() {
     let choices = |path: &String| !path.starts_with("finalists[].");
     written.retain(choices);
     written.insert("finalists[]".into());
-    // What is absent here is documented all the same.
+    // Keys that are absent here are documented all the same.
     let unknown: Vec<_> = written.difference(&documented).collect();
     assert!(unknown.is_empty(), "docs/json.md lacks {unknown:?}");
     let unwritten: Vec<_> = documented.difference(&written).collect();

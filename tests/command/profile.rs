@@ -52,7 +52,7 @@ fn costs_are_over_what_was_counted() {
             assert!(steps > 0.0 && (per("ns_per_cone_step").unwrap() * steps / ns - 1.0).abs() < 1e-9, "{cost}");
         }
         let bytes = cost["fetched_bytes"].as_f64().unwrap() + cost["written_bytes"].as_f64().unwrap();
-        // What the device alone knows (passes over cells) counts as none written.
+        // Bytes that only the device knows (passes over cells) count as none written.
         assert!((cost["gb_per_s"].as_f64().unwrap() * ns - bytes).abs() <= 1e-9 * bytes, "{cost}");
     }
     assert_eq!(report["growth"], Value::Array(vec![]));

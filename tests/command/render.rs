@@ -241,7 +241,7 @@ fn textures_are_scaled_down_on_demand() {
     assert!(code == Some(0) && !text.contains("halved"), "{text}");
 }
 
-/// What goes through pipes is what files hold, and nothing else goes there.
+/// Pipes carry the bytes that files hold, and nothing else.
 #[test]
 fn scenes_and_results_go_through_pipes() {
     let folder = folder();
@@ -346,7 +346,7 @@ fn ctrl_c_ends_tidily_with_130() {
     }
 }
 
-/// What is said about an image of the scene that shows nothing.
+/// Messages about an image of the scene that shows nothing.
 fn said_of(folder: &Path, flags: &[&str]) -> String {
     // Quietly: a busy machine takes long enough for a line about that.
     let output = render(folder, &[&["scene.gltf", "-q", "-o", "a.png"], flags].concat());

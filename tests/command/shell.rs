@@ -1,4 +1,4 @@
-//! What shells complete and manual pages say is what the program takes.
+//! Completions of shells and manual pages name exactly the options that the program takes.
 
 use std::collections::BTreeSet;
 use std::fs;

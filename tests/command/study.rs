@@ -18,7 +18,7 @@ fn table(page: &str) -> Vec<String> {
     .collect()
 }
 
-/// The same of today's table of axes.
+/// The lines of today's table of axes, in the same form.
 fn today(sets: &[String]) -> Vec<String> {
     let mut last = "";
     let lines = lines(sets).unwrap();
@@ -68,7 +68,7 @@ fn the_page_has_every_axis_and_keeps_what_stands_by_hand() {
     assert_eq!(fs::read_to_string(&page_path).unwrap(), "My own page.");
 }
 
-/// The same of the page of presets alone.
+/// The page of presets alone lists today's presets.
 #[test]
 fn the_rooms_in_docs_are_of_todays_presets() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/study/rooms/README.md");

@@ -25,7 +25,7 @@ fn view_of(scene: &str, folder: &Path, script: &str, more: &[&str]) -> Output {
     view_by(&program, folder, script, more)
 }
 
-/// The same with the words that start the program.
+/// As [`view_of`], with the words that start the program.
 fn view_by(program: &[&str], folder: &Path, script: &str, more: &[&str]) -> Output {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     std::fs::write(folder.join("script"), script).unwrap();
@@ -263,7 +263,8 @@ fn voxels_and_list_lengths_are_shown() {
     assert!(lengths.contains(&[0, 0, 0]) && lengths.len() > 2, "{lengths:?}");
 }
 
-/// What is kept on surfaces is the light that is seen there; a volume's sides differ; only methods that have them show them.
+/// Light that is kept on surfaces is the light that is seen there; a volume's sides differ; only methods that have them
+/// show them.
 #[test]
 fn light_is_shown_where_it_is_kept() {
     let folder = folder();

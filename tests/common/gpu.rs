@@ -48,13 +48,13 @@ pub fn assert_clean(context: &Context) {
     assert!(messages.is_empty(), "the validation layer says:\n{}", messages.join("\n"));
 }
 
-/// The same for one test alone, which counts what is taken or made.
+/// A context for one test alone, which counts what is taken or made.
 pub fn own_context() -> Arc<Context> {
     take_planted_shaders();
     Context::new(&ContextOptions { validation: true, ..Default::default() }).expect("a device that twobounce can use")
 }
 
-/// The same, and every shader that can counts what it reads.
+/// A context of one test's own in which every shader that can counts its reads.
 pub fn counting() -> Arc<Context> {
     take_planted_shaders();
     let options = ContextOptions { validation: true, ..Default::default() };
@@ -103,7 +103,7 @@ pub fn listed_pairs(context: &Arc<Context>, renderer: &Renderer) -> Vec<Pair> {
     listed_pairs_of(context, renderer, 0)
 }
 
-/// The same of another grid than the base one.
+/// As [`listed_pairs`], for a grid other than the base grid.
 pub fn listed_pairs_of(context: &Arc<Context>, renderer: &Renderer, grid: usize) -> Vec<Pair> {
     let (ground, resources) = (renderer.ground(), &renderer.ground().lists[grid]);
     let globals: Globals = download(context, &resources.globals).expect("counters")[0];

@@ -68,8 +68,8 @@ impl Gpu {
         self.fill_directions(|level, at, _| of(level, at));
     }
 
-    /// The same, with what is sent in each of the sixteen directions on its own: the last argument is the direction's texel. What
-    /// stands in the way is that of texel 0.
+    /// As [`Self::fill`], with the light of each of the sixteen directions given by itself: the last argument is the
+    /// direction's texel. The opacities along the axes are those of texel 0.
     pub fn fill_directions(&self, of: impl Fn(u32, [u32; 3], u32) -> (Vec4, Vec4)) {
         for level in 0..self.volume.levels {
             let edge = EDGE >> level;

@@ -6,7 +6,8 @@ use twobounce::reference::film::Film;
 use twobounce::reference::{Control, Options, render};
 use twobounce::scene::{Scene, Still, View};
 
-/// What `view` shows of `scene` where it stands at first. A sample that is not finite fails.
+/// The film that the path tracer makes of `scene` from `view`, where everything stands at first. A sample that is not
+/// finite fails.
 pub fn film(scene: &Scene, view: &View, options: &Options) -> Film {
     let (mut film, never) = (Film::new(options.width, options.height), AtomicBool::new(false));
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };

@@ -1,4 +1,4 @@
-//! What every loaded scene is, whatever its file was.
+//! Properties of every loaded scene, whatever its file was.
 
 use twobounce::scene::surface::SurfacePoint;
 use twobounce::scene::texture::Textures;

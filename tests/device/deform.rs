@@ -150,7 +150,8 @@ fn a_bar_bends_at_its_joint() {
             }
         }
     }
-    // What is bounded is what is shown: turned by 90° towards −X, and a corner reached the least x on its way, at its distance.
+    // The bounds are those of the shown positions: turned by 90° towards −X, and a corner reached the least x on its
+    // way, at its distance.
     let bounds = scene.bounds(Some(0));
     assert!((bounds.min.x - (3.0 - 1.0625f64.sqrt())).abs() < 1e-3, "{bounds:?}");
 }
@@ -253,7 +254,7 @@ fn the_device_deforms_as_its_twin_does() {
         check_vertices(&scene, &renderer, &pose);
         let deforms = |r: &Renderer| format!("{:?}", r.log()).matches("\"deform\"").count();
         assert!(deforms(&renderer) > 0, "the pass is in the frame");
-        // What stands still is not deformed again.
+        // A pose that has not changed is not deformed again.
         renderer.render(&pose, &view()).expect("a frame");
         assert_eq!(deforms(&renderer), 0);
     }

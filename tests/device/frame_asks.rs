@@ -39,7 +39,7 @@ fn nothing_runs_or_is_taken_that_nothing_asks_for() {
     }
 }
 
-/// What is added to a scene adds what it needs to the frame, and nothing else: no passes, and bytes of its own kind.
+/// Each thing added to a scene adds what it needs to the frame, and nothing else: no passes, and bytes of its own kind.
 #[test]
 fn what_a_scene_has_adds_what_it_asks_for() {
     const THING: [&str; 9] = [

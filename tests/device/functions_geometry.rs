@@ -82,8 +82,8 @@ fn visible_normals_are_their_twins() {
     }
 }
 
-/// What a GGX lobe with separable Smith masking mirrors of even light of 1 towards a direction with that cosine: by half vectors
-/// that are distributed as its microfacets are.
+/// Radiance that a GGX lobe with separable Smith masking mirrors of even light of 1 towards a direction with that
+/// cosine: by half vectors that are distributed as its microfacets are.
 fn mirrored_of_even_light(f0: f64, f90: f64, alpha: f64, cosine: f64) -> f64 {
     const SIDE: u32 = 160;
     let view = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
@@ -323,8 +323,8 @@ fn neighbours_in_a_square_share_all_directions() {
     }
 }
 
-/// What Fresnel's reflection at the half vector leaves of light from all around: summed over a grid of directions with equal
-/// shares of it. The tolerance pays for the shader's polynomial (1e-5) and for the grid.
+/// The share of light from all around that Fresnel's reflection at the half vector leaves, summed over a grid of
+/// directions with equal shares of it. The tolerance pays for the shader's polynomial (1e-5) and for the grid.
 #[test]
 fn diffuse_share_is_the_mean_of_what_fresnel_leaves() {
     const GRID: usize = 400;

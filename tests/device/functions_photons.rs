@@ -56,7 +56,7 @@ fn every_triangle_sends_all_of_its_light_and_centres_lose_it() {
         let sum: f32 = texels.iter().map(|(_, angle, cosine)| angle * cosine).sum();
         // The closed sum over mirror images is the sum over texels: f32's rounding over 64 terms.
         assert!((sum / total - 1.0).abs() < 1e-5, "{n}: {sum} is not {total}");
-        // What is stored is divided by it: before that the quarters' means are off by this.
+        // Stored light is divided by this sum: before that the quarters' means are off by this.
         assert!((sum / PI - 1.0).abs() < 0.023, "{n}: {sum}");
         for (t, (middle, angle, cosine)) in texels.iter().enumerate() {
             let (mean, exact) = octahedron::texel(t, n.as_dvec3());
@@ -344,7 +344,7 @@ fn a_wall_is_one_wall_in_a_sum_and_leaks_under_over() {
         let from = Vec3::new(1.0 + i as f32 / 16.0, 8.0, 8.0);
         for step in ["photons.least_step=0.25", "photons.least_step=1"] {
             let open = |how: &[&str]| gpu.trace(from, Vec3::X, 0.001, &settings(&[&[step], how].concat()))[1];
-            // What a cone leaves of half a percent counts as hidden.
+            // A light share of half a percent that a cone leaves counts as hidden.
             leaks.0 = leaks.0.max(open(&[]));
             leaks.1 = leaks.1.max(open(&["photons.composite=over"]));
         }

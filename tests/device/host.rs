@@ -136,7 +136,7 @@ fn what_unfolds_is_told_and_grows() {
     setup.close();
 }
 
-/// What a renderer draws of a Lambertian scene is handed back as a host's surfaces: they get the same light.
+/// Surfaces that a renderer draws of a Lambertian scene are handed back as a host's: they get the same light.
 #[test]
 fn surfaces_that_the_host_drew_get_the_same_light() {
     for method in ["method=rays", "method=cones", "method=photons", "method=lpv", "method=none"] {

@@ -91,7 +91,8 @@ fn sheets_do_not_leak() {
     }
 }
 
-/// What a surface sends is what is injected: a wall of one metre by one that sends 2, in cells of a sixteenth of a metre.
+/// The injected light is the light that a surface sends: a wall of one metre by one that sends 2, in cells of a
+/// sixteenth of a metre.
 #[test]
 fn a_wall_injects_pi_times_radiance_times_area() {
     let mut scene = Scene::empty("wall");
@@ -133,8 +134,8 @@ fn a_furnace_keeps_its_energy() {
     }
 }
 
-/// The same image from a scene that fills the coarsest of three grids, as long as the camera's grid shows what the coarse one
-/// does: light of all sides.
+/// A scene that fills the coarsest of three grids gives the same image as with one grid, as long as the camera's grid
+/// shows what the coarse one does: light of all sides.
 #[test]
 fn cascades_agree_in_even_light() {
     let scene = analytic::furnace(0.5, 1.0, false);

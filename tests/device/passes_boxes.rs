@@ -171,7 +171,7 @@ fn light_goes_on_where_boxes_move() {
         RenderOptions { aovs: vec![Aov::Indirect], ..RenderOptions::new((32, 32), stage.bounds(DVec3::ZERO)) };
     let context = gpu::context();
     let mut renderer = Renderer::new(&context, stage.scene.clone(), &stage.pose(), settings, options).expect("it fits");
-    // The same is seen from a camera that is turned round the point it looks at only in how the boxes stand.
+    // A camera that is turned round the point it looks at sees the same; only the boxes stand otherwise.
     let look = |eye: [f64; 3]| view(eye, [0.0, 0.0, -0.5]);
     let mean = |renderer: &mut Renderer, view: &View| {
         renderer.render(&stage.pose(), view).expect("a frame");

@@ -194,7 +194,7 @@ fn one_of_the_triangles_that_are_alike_is_lit_for_all() {
     assert!(count > 500 && count + 500 < globals.item_count, "{count} lit of {}", globals.item_count);
 }
 
-/// What the front sends of the part of each triangle (by its source) in each voxel that it has a part of its own in.
+/// Light that the front of each triangle (by its source) sends in each voxel in which it has a part of its own.
 fn sent(studio: &Studio) -> BTreeMap<(u32, u32), [f32; 3]> {
     let (context, ground) = (&studio.context, studio.renderer.ground());
     let lists = ground.base();

@@ -80,7 +80,7 @@ impl Lamp {
     }
 }
 
-/// What the half of the blocker with u > ½ is.
+/// Material of the half of the blocker with u > ½.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Half {
     Opaque,
@@ -194,7 +194,7 @@ fn the_cornell_box_has_the_path_traced_direct_light() {
         })
         .collect();
     let found = metrics(&halved, truth.beauty(), "direct light").expect("images of one size");
-    // What samples leave of edges, and the truth's own noise of 0.3 %.
+    // The tolerance pays for samples at edges, and for the truth's own noise of 0.3 %.
     assert!((found.energy - 1.0).abs() < 0.003 && found.rel < 0.01, "energy {}, rel {}", found.energy, found.rel);
 }
 
@@ -419,7 +419,7 @@ fn metal_and_transmission_each_take_their_share_of_diffuse_light() {
         let image = gpu::render_layers(&context, &scene, &settings, SIZE, view, vec![Aov::Direct]).read();
         for (name, layers) in [("device", image), ("path tracer", traced(&scene, &view, SIZE, 16, &[Aov::Direct]))] {
             let found = layers.get(Aov::Direct).expect("asked for")[(SIZE * SIZE + SIZE) as usize / 2][0];
-            // What is left of the lobe at 22°.
+            // The tolerance pays for the rest of the lobe at 22°.
             let near = (found - expected).abs() < 0.003 * expected + 0.001 * ALBEDO;
             assert!(near, "{name}, metallic {metallic}, transmission {transmission}: {found} is not {expected}");
         }

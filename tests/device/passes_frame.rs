@@ -16,7 +16,7 @@ struct Pass {
     zone: &'static str,
     /// The talk's own words, shortened.
     does: &'static str,
-    /// What every one of its draws has; none for a fill.
+    /// Stages that every one of its draws has; none for a fill.
     stages: &'static [Stage],
     writes: Writes,
 }
@@ -72,7 +72,7 @@ fn bound<'a>(draw: &'a DrawLog, name: &str) -> Option<&'a [String]> {
     draw.resources.iter().find(|(binding, _)| binding == name).map(|(_, labels)| labels.as_slice())
 }
 
-/// What a log breaks of the talk's table, pass by pass.
+/// Differences between a log and the talk's table, pass by pass.
 fn differences(log: &FrameLog) -> Vec<String> {
     let zones: Vec<&str> = log.zones.iter().map(|z| z.name).filter(|n| !n.is_empty()).collect();
     let wanted: Vec<&str> = TALK.iter().map(|p| p.zone).collect();

@@ -211,7 +211,7 @@ fn all_bounces_fill_a_furnace_and_stay_bounded() {
     let cones = gpu::with(Settings::cones(), &["cones.set=g8", "cones.step=1.5"]);
     for settings in [all(rays()), all(cones)] {
         let (mean, most, settling) = furnace(0.8, &settings);
-        // What two bounces lose in corners (see passes_light.rs), bounce after bounce; f16.
+        // The bounds pay for what two bounces lose in corners (see passes_light.rs), bounce after bounce, and for f16.
         let right = (0.85..=1.02).contains(&(mean / 5.0)) && most <= 1.03 * 5.0;
         assert!(right && settling < MOST_SETTLING, "{mean} and {most} of 5 after {settling}");
         for albedo in [0.99, 1.0] {
@@ -280,7 +280,8 @@ fn a_rough_floor_has_no_sparks() {
     let mean = |image: &[[f32; 3]]| image.iter().map(|p| p[1]).sum::<f32>() / image.len() as f32;
     // One ray in the lobe that meets the wall brings a hundred times of what the floor sends else.
     assert!(brightest(&found) < 1.5 * brightest(truth), "{} of {}", brightest(&found), brightest(truth));
-    // What is left is how often directions, the same all over the floor, happen to meet the wall: 17 % with 14 by 16 of them.
+    // The rest of the error is how often directions, the same all over the floor, happen to meet the wall: 17 % with 14
+    // by 16 of them.
     let ratio = mean(&render(&gpu::with(settings, &["rays.diffuse=64"]))) / mean(truth);
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
 }

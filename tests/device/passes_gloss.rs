@@ -23,7 +23,7 @@ const SIZE: u32 = 64;
 const SAMPLES: u32 = 192;
 const LAYERS: [Aov; 4] = [Aov::Direct, Aov::Indirect, Aov::Ao, Aov::Albedo];
 
-/// What every row starts from, beside the preset `cones`: what is measured is gloss.
+/// Settings that every row starts from, besides the preset `cones`: the rows measure gloss.
 const BASE: [&str; 2] = ["voxels=64", "lights.lamp_points=16"];
 
 fn settings(changes: &[&str]) -> Settings {
@@ -77,14 +77,14 @@ fn shows(scene: &Scene, pixel: usize, center: DVec3, radius: f64) -> bool {
     to.cross(d).length() < 0.93 * radius
 }
 
-/// What of a scene's image is held against the truth.
+/// Part of a scene's image that is compared with the truth.
 #[derive(Clone, Copy, Debug)]
 enum Part {
     /// One of the row's spheres.
     Sphere(usize),
     Ball,
     Pane,
-    /// What two mirrors show of each other.
+    /// The reflections of two mirrors in each other.
     Mirrors,
     /// The direct light of all of it.
     Direct,
@@ -119,7 +119,7 @@ struct Subject {
     scene: Scene,
     depth: Depth,
     parts: &'static [Part],
-    /// What is tried: settings, the most `rel` may be in the mean of the parts, and how far the energy may be off.
+    /// Settings that are tried, with the most `rel` may be in the mean of the parts, and how far the energy may be off.
     tries: &'static [(&'static [&'static str], f64, f64)],
 }
 
@@ -155,8 +155,8 @@ fn subjects() -> Vec<Subject> {
             ..full("two mirrors", gloss::two_mirrors(), &[Part::Mirrors], &[(RAYS, 0.12, 0.03)])
         },
         full("two mirrors, all bounces", gloss::two_mirrors(), &[Part::Mirrors], &[(ALL, 0.15, 0.03)]),
-        // What glass reflects inside is taken to be as bright as what is seen through it; here, the room is black. A frosted
-        // ball is frosted where light enters and smooth where it leaves.
+        // Light that glass reflects inside is taken to be as bright as the light that is seen through it; here, the
+        // room is black. A frosted ball is frosted where light enters and smooth where it leaves.
         full("glass ball", gloss::glass_ball(1.5, 0.0), &[Part::Ball], &[(CONES, 0.45, 0.03), (RAYS, 0.17, 0.07)]),
         full("ball of ior 1", gloss::glass_ball(1.0, 0.0), &[Part::Ball], &[(CONES, 0.25, 0.08), (RAYS, 0.12, 0.02)]),
         full("frosted ball", gloss::glass_ball(1.5, 0.3), &[Part::Ball], &[(CONES, 0.41, 0.22), (RAYS, 0.22, 0.16)]),

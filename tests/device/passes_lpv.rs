@@ -159,8 +159,8 @@ fn light_is_bounded_after_a_thousand_steps() {
     assert!(sums.iter().flatten().sum::<f64>() < 3.0, "what walls take is not gone");
 }
 
-/// What looks along +x fills half of a cell's face, what looks along −y a quarter. Light is blocked where it comes into their
-/// cell through them, from either side, and where it leaves it through a front.
+/// A surface that looks along +x fills half of a cell's face, one that looks along −y a quarter. Light is blocked where
+/// it comes into their cell through them, from either side, and where it leaves it through a front.
 #[test]
 fn what_passes_into_a_cell_is_by_hand() {
     let (context, edge) = (gpu::context(), 16);

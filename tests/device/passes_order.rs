@@ -1,4 +1,4 @@
-//! The same frame gives the same bits: over several runs, and with the triangles in another order.
+//! A frame gives the same bits every time: over several runs, and with the triangles in another order.
 
 use crate::gpu;
 

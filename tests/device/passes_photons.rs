@@ -175,7 +175,7 @@ fn lists_made_of_samples_are_the_conservative_ones_that_samples_reach() {
     );
 }
 
-/// What more samples are worth: mean error of an item's area over the mean area.
+/// Benefit of more samples: mean error of an item's area over the mean area.
 #[test]
 fn more_samples_measure_areas_better() {
     let context = gpu::context();
@@ -241,7 +241,7 @@ fn a_voxel_sends_what_its_photons_do() {
         );
         assert!((forth.w - sum.share.min(1.0)).abs() < 1e-3, "{at}: {forth} is not {}", sum.share);
         let texels = directions(&map, at, EDGE);
-        // What overfills its voxel is cut.
+        // Light of an overfilled voxel is cut: such voxels are left out.
         if texels.iter().all(|t| t.w < 0.999) {
             let angles = (0..TEXELS).map(|t| octahedron::texel(t, DVec3::X).1 as f32);
             let sent: Vec3 = texels.iter().zip(angles).map(|(t, angle)| t.truncate() * angle).sum();

@@ -1,4 +1,4 @@
-//! What is kept from frame to frame while nothing changes, and that no image shows it.
+//! Lists and light are kept from frame to frame while nothing changes, and no image shows it.
 
 use crate::gpu;
 
@@ -28,7 +28,7 @@ fn frames_that_keep_what_holds_are_those_that_start_anew() {
         // From within the room.
         let first_view = View { eye: DVec3::new(4.0, 4.0, 0.5), forward: DVec3::Z, up: DVec3::Y, ..kept.view };
         let other_view = View { eye: DVec3::new(3.0, 4.5, 1.0), ..first_view };
-        // What changes from the frame before, and whether new lists and new light are due.
+        // Change from the frame before, and whether new lists and new light are due.
         let frames = [
             ("first", &here, first_view, (true, true)),
             ("still", &here, first_view, (false, false)),

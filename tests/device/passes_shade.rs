@@ -37,7 +37,7 @@ fn confetti() -> (Scene, Vec<[DVec3; 3]>) {
     (scene, triangles)
 }
 
-/// What triangle `i` leaves in `voxel`.
+/// Result of shading triangle `i` in `voxel`.
 fn shaded(scene: &Scene, triangles: &[[DVec3; 3]], i: usize, voxel: u32, scale: f32) -> Shaded {
     let n = EDGE as i32;
     let voxel = IVec3::new(voxel as i32 % n, voxel as i32 / n % n, voxel as i32 / n / n).as_dvec3();

@@ -1,4 +1,4 @@
-//! What an instrumented frame counts, against what is known without it: a copy's bytes, lists that are walked once, mips.
+//! Counts of an instrumented frame, against numbers known without it: a copy's bytes, lists that are walked once, mips.
 
 use crate::gpu;
 

@@ -55,7 +55,7 @@ fn from_the_front(scene: &Scene) -> View {
     View { eye, forward, up, ..View::framing(scene.bounds(None)) }
 }
 
-/// The same, and the path tracer's image of it.
+/// The view of [`from_the_front`], and the path tracer's image of it.
 fn into_both_rooms(scene: &Scene, size: u32) -> (View, Layers) {
     let view = from_the_front(scene);
     let stop = Stop::Noise(0.03);

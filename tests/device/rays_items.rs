@@ -21,7 +21,7 @@ use twobounce::vk::download;
 
 const EDGE: u32 = 16;
 
-/// What the device holds of the lists.
+/// Lists as the device holds them.
 struct Held {
     items: Vec<ListItem>,
     parts: Vec<ItemPart>,

@@ -227,8 +227,8 @@ fn under_an_outdoor_sky_the_methods_agree_with_the_path_tracer() {
     }
 }
 
-/// What each method's own approximations leave, and 64 paths a pixel of noise: `none` has no occlusion of the sky and no bounces,
-/// `lpv` six directions.
+/// Tolerances for each method's own approximations, and for the noise of 64 paths a pixel: `none` has no occlusion of
+/// the sky and no bounces, `lpv` six directions.
 const OUTDOOR: [(&str, f32); 5] = [("fast", 0.09), ("cones", 0.08), ("photons", 0.08), ("lpv", 0.18), ("none", 0.12)];
 
 /// A mirror, clear glass and the background show the map itself; what no surface covers is transparent where the sky is unseen.

@@ -173,7 +173,7 @@ fn an_indirect_dispatch_takes_its_groups_from_a_buffer() {
     gpu::assert_clean(&gpu::context());
 }
 
-/// What a panic in `f` said; fails when there was none.
+/// Message of the panic in `f`; fails when there was none.
 fn panic_of(f: impl FnOnce()) -> String {
     let payload = catch_unwind(AssertUnwindSafe(f)).expect_err("this must panic");
     payload.downcast_ref::<String>().cloned().unwrap_or_default()

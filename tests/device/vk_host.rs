@@ -79,7 +79,7 @@ impl Passes {
     }
 }
 
-/// What one frame in flight has for itself.
+/// Objects that one frame in flight has for itself.
 struct InFlight {
     frame: Frame,
     slot: Slot,

@@ -1,4 +1,5 @@
-//! What follows a loaded scene on the processor, up to what a device would get: none of it may panic, whatever the scene is.
+//! Steps that follow a loaded scene on the processor, up to the data that a device would get: none may panic, whatever
+//! the scene is.
 
 use std::sync::atomic::AtomicBool;
 
@@ -54,7 +55,7 @@ pub fn scene(mut scene: Scene, choice: u64) {
     trace(&scene, &pose, &view);
 }
 
-/// What settings make of a scene that is whole.
+/// Runs the steps of a device with these settings, on a scene that is whole.
 pub fn settings(settings: &Settings) {
     let mut scene = Scene::empty("quad");
     let lamp = scene.add_material(Material::lamp("lamp", Vec3::ONE));
@@ -62,7 +63,7 @@ pub fn settings(settings: &Settings) {
     device(Still::new(&scene, &scene.pose(None, 0.0), &View::framing(scene.bounds(None))), settings);
 }
 
-/// What a device would be given, and what that would take of it.
+/// Makes the data that a device would be given, and plans the memory that it would take.
 fn device(Still { scene, pose, view }: Still, settings: &Settings) {
     let bounds = scene.bounds(None);
     let packed = ScenePacked::new(scene, pose);

@@ -1,4 +1,4 @@
-//! What holds a file together, made right again after a change, so that changes get past it: lengths and check sums.
+//! Lengths and check sums of a file, made right again after a change, so that changes get past them.
 
 use std::ops::Range;
 

@@ -1,5 +1,5 @@
-//! What an input may take: memory, time, and no panic. What breaks a limit ends the process with a line that says so; the file
-//! that did it lies where it was written.
+//! Limits of an input: memory, time, and no panic. An input that breaks a limit ends the process with a line that says
+//! so; the file that did it lies where it was written.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -106,7 +106,7 @@ pub fn start() {
     });
 }
 
-/// What an input cost.
+/// Time and memory that an input took.
 #[derive(Clone, Copy, Default)]
 pub struct Cost {
     pub seconds: f64,

@@ -26,7 +26,7 @@ use guard::BECAUSE;
 const WORKERS: u64 = 2;
 const SECONDS: u64 = 60;
 
-/// What a worker is told through its environment, and what a person may set.
+/// Environment variables by which a worker gets its task, and which a person may set.
 const FOLDER: &str = "TWOBOUNCE_FUZZ_FOLDER";
 const FILE: &str = "TWOBOUNCE_FUZZ_FILE";
 const SEED_VARIABLE: &str = "TWOBOUNCE_FUZZ_SEED";

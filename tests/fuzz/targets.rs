@@ -1,4 +1,4 @@
-//! What is fuzzed: everything that the program reads from files, by the endings of their names.
+//! Targets of fuzzing: everything that the program reads from files, by the endings of their names.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,7 +24,7 @@ use crate::follow;
 use crate::valid::assert_valid;
 use crate::worker::wrong_sentence;
 
-/// What loading may take by its own count; the guard around it allows what else there is.
+/// Bytes that loading may take by its own count; the guard around it allows what else there is.
 const LOAD_BYTES: u64 = 64 << 20;
 
 pub struct Target {
@@ -46,7 +46,7 @@ pub struct Input<'a> {
     pub choice: u64,
 }
 
-/// What a file became in words that change when something new happens, or why it was refused.
+/// Result of a file in words that change when something new happens, or why it was refused.
 pub type Outcome = Result<String, String>;
 
 pub const TARGETS: [Target; 7] = [
@@ -124,7 +124,7 @@ fn map(input: &Input) -> Outcome {
 fn picture(path: &Path) -> Outcome {
     let (layers, metadata) = Layers::read_exr(path).map_err(|e| e.to_string())?;
     let shape = format!("{:?}", layers.layers.iter().map(|layer| layer.0).collect::<Vec<_>>());
-    // What is compared pixel by pixel.
+    // Only small images are compared pixel by pixel.
     if layers.beauty().len() > 1 << 12 {
         return Ok(shape);
     }
@@ -204,7 +204,7 @@ fn film(input: &Input) -> Outcome {
     Ok(format!("{} {}", film.done() == 4, film.history.len()))
 }
 
-/// What the films of the corpus are of.
+/// Scene and options of the films of the corpus.
 pub fn film_of() -> (Scene, Options) {
     let options =
         Options { width: 4, height: 4, depth: Depth::Full, stop: Stop::Samples(4), seed: 0, occlusion: false };

@@ -18,7 +18,7 @@ const MOST_SENTENCE: usize = 700;
 
 const REPORT_EVERY: Duration = Duration::from_secs(60);
 
-/// What a worker is to do.
+/// Task of a worker.
 pub struct Task {
     /// For its files; they are there after a fault.
     pub folder: PathBuf,
@@ -134,12 +134,12 @@ fn run(folder: &Path, target: usize, ending: &str, bytes: &[u8]) -> (String, Cos
     {
         fault(&format!("was refused with {wrong}: {sentence:?}"));
     }
-    // What is left after a fault is its input.
+    // A fault leaves its input behind; else the file is removed.
     let _ = fs::remove_file(&path);
     (outcome.unwrap_or_else(|sentence| format!("{REFUSED}{sentence}")), cost)
 }
 
-/// What is wrong with a refusal or a note.
+/// Fault in the words of a refusal or a note.
 pub fn wrong_sentence(sentence: &str, named: Option<&Path>) -> Option<&'static str> {
     // As Rust prints values for programmers.
     let debug = ["Some(", "None,", "Ok(", "Err(", "Error {", "kind:", "Custom {", "panicked"];

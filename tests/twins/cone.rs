@@ -28,7 +28,7 @@ pub struct Cone {
     pub end: f32,
 }
 
-/// What a cone met.
+/// Light and opacity that a cone met.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Traced {
     /// Premultiplied radiance, and alpha.
@@ -145,8 +145,8 @@ pub fn trace_cone(volume: &Volume, cone: &Cone, s: &Settings) -> Traced {
     Traced { value: value.max(Vec4::ZERO), look_ups }
 }
 
-/// What of a light at `to` reaches `from`, 1 is all of it. The cone starts off the surface as [`Settings::start`] says;
-/// `jitter` in `[0, 1)` is a share of one step. Twin of `trace_shadow_cone`.
+/// Share of a light at `to` that reaches `from`, 1 is all of it. The cone starts off the surface as [`Settings::start`]
+/// says; `jitter` in `[0, 1)` is a share of one step. Twin of `trace_shadow_cone`.
 pub fn trace_shadow_cone(
     volume: &Volume,
     from: Vec3,
@@ -221,7 +221,8 @@ pub fn diffuse_cones(from: Vec3, normal: Vec3, edge: u32, s: &Settings) -> Vec<(
     cone_set(s.set, s.ledger.d6, s.ledger.d26).into_iter().map(cone).collect()
 }
 
-/// What they gather; the sky shines through what alpha they leave (D21 printed: it does not).
+/// Light that the diffuse cones gather; the sky shines through the share that their alpha leaves (D21 printed: it does
+/// not).
 pub fn gather_diffuse(volume: &Volume, from: Vec3, normal: Vec3, sky: Vec3, s: &Settings) -> Gathered {
     let mut sum = Gathered { radiance: Vec3::ZERO, open: 0.0 };
     for (cone, weight) in diffuse_cones(from, normal, volume.edge(), s) {

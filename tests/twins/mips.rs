@@ -75,7 +75,7 @@ pub fn mip_chain(level0: Level, d1: Form, d2: Form) -> Volume {
     Volume::new(levels)
 }
 
-/// The same level 0 in all seven targets.
+/// A level 0 with equal texels in all seven targets.
 pub fn equal_faces(texels: Vec<Vec4>) -> Level {
     let mut level: Level = Default::default();
     for target in level.iter_mut().take(TARGETS) {

@@ -210,7 +210,7 @@ impl Texture {
     }
 }
 
-/// What the device keeps of a cell, flux and moments, as coefficients: both send the same intensity.
+/// The device's flux and moment of a cell as coefficients: both send the same intensity.
 pub fn as_coefficients(flux: f64, moment: DVec3) -> Coefficients {
     coefficients([0.5 * flux / PI.sqrt(), 1.0 / (12.0 * PI).sqrt()], moment)
 }

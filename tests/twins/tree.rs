@@ -1,4 +1,5 @@
-//! What the pass `tree` must leave: boxes that hold what lies below them, and ways through them that leave nothing out.
+//! Checks of the tree that the pass `tree` leaves: boxes that hold what lies below them, and ways through them that
+//! leave nothing out.
 
 use std::sync::Arc;
 

@@ -14,7 +14,7 @@ fn read(name: &str) -> String {
     fs::read_to_string(root().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// What stands between single backticks, fenced blocks left out.
+/// Texts between single backticks, fenced blocks left out.
 fn quoted(page: &str) -> Vec<String> {
     let prose: String = page.split("```").step_by(2).collect();
     prose.split('`').skip(1).step_by(2).map(str::to_owned).collect()
@@ -244,7 +244,7 @@ fn no_file_is_larger_than_five_megabytes() {
     }
 }
 
-/// What hosts rely on is little: every other module is hidden from the pages that say what stays.
+/// Hosts rely on little: every other module is hidden from the pages that say what stays.
 #[test]
 fn the_documentation_shows_four_modules() {
     let page = read("src/lib.rs");

@@ -355,7 +355,7 @@ fn d23_refraction_starts_in_the_medium_that_it_enters() {
     let direction = refraction_direction(incident, normal, 1.5, Right);
     let height = |form| refraction_origin(Vec3::ZERO, normal, direction, 1.0, 64, form).y * 64.0;
     assert_eq!((height(Printed), height(Right)), (1.0, -1.0));
-    // What is reflected totally stays on its own side.
+    // A totally reflected ray stays on its own side.
     let steep = Vec3::new(0.8, 0.6, 0.0);
     let back = refraction_direction(steep, normal, 1.5, Right);
     assert!(refraction_origin(Vec3::ZERO, normal, back, 1.0, 64, Right).y < 0.0 && back.y < 0.0);

@@ -12,7 +12,7 @@ fn image(value: impl Fn(u32, u32, u32) -> f32) -> Vec<[f32; 3]> {
     (0..WIDTH * HEIGHT).map(pixel).collect()
 }
 
-/// The same exact values as `metrics_values.py`: beauty and direct of the reference, then of the image.
+/// The exact values of `metrics_values.py`: beauty and direct of the reference, then of the image.
 fn pair() -> [Layers; 2] {
     let reference = |x: u32, y: u32, c: u32| ((x * x + 3 * y * y + 5 * c) / 40 % 61 + 1) as f32 / 32.0;
     let direct = move |x: u32, y: u32, c: u32| reference(x, y, c) * ((x + y) % 4) as f32 / 8.0;

@@ -99,7 +99,7 @@ const MEAN_FAR: f64 = 8.0;
 /// Share of the pixels within [`FAR`], and the sum of z over √pixels.
 fn z_test(batches: &[Vec<f64>], truth: &[f64]) -> (f64, f64) {
     let count = batches.len() as f64;
-    // What the truth itself is sure of, and half-float rounding in dark pixels.
+    // Uncertainty of the truth itself, and half-float rounding in dark pixels.
     let floor = 1e-3 * truth.iter().sum::<f64>() / truth.len() as f64;
     let z: Vec<f64> = (0..truth.len())
         .map(|i| {

@@ -92,7 +92,7 @@ fn later_assignments_win_and_the_rest_stays() {
     assert_eq!(settings.of.cones.ledger, Settings::printed().of.cones.ledger);
 }
 
-/// What is wrong must be named, with the key and what it takes or the nearest name.
+/// Errors must name the mistake, with the key and what it takes or the nearest name.
 #[test]
 fn mistakes_name_the_key_and_the_remedy() {
     for (assignment, parts) in [

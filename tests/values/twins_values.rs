@@ -188,7 +188,7 @@ mod voxelise {
             })
             .sum();
         let area = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).length() / 2.0;
-        // What the touching voxels hold: slivers thinner than the band.
+        // The tolerance pays for the touching voxels, which hold slivers thinner than the band.
         assert!((sum - area).abs() < 1e-3 * area, "{sum} of {area}");
     }
 

@@ -11,7 +11,7 @@ chart() {
     --memory-limit 24MiB --reference-noise 5 --paths 1,4 "$@"
 }
 chart -o out/web/chart --label first
-# The same again, as another build would: what the first one measured becomes history.
+# The rows again, as another build would make them: the rows that the first one measured become history.
 for row in out/web/chart/rows/*.toml; do
   sed -i 's/^program = "[0-9a-f]\{64\}"/program = "0000000000000000000000000000000000000000000000000000000000000000"/' "$row"
 done

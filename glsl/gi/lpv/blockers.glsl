@@ -1,5 +1,5 @@
-// What blocks light in a cell: the areas, projected along the axes and over a face, of the surfaces that look along
-// +x +y +z −x −y −z (doubleSided ones look both ways), at most 1; and the zeroth band of what blocks in two bands.
+// Areas that block light in a cell: those of the surfaces that look along +x +y +z −x −y −z (doubleSided ones look both
+// ways), projected along the axes and over a face, at most 1; and the zeroth band of blocking in two bands.
 
 struct Blockers {
     vec3 up; // looks along +x +y +z

@@ -40,7 +40,7 @@ const float SIDE = 24.26083 / 720.0;
 // The direction to the middle of a face at the side: its parts along and across the way.
 const float SIDE_ALONG = 0.894427191;
 const float SIDE_ACROSS = 0.447213595;
-// What crosses into the next cell of the moment along the way; of the flux it is a sixth.
+// Share of the moment along the way that crosses into the next cell; of the flux it is a sixth.
 const float CROSSING = OPPOSITE + 4.0 * SIDE * SIDE_ALONG;
 
 // Flux into the next cell along a unit direction of travel, where nothing is cut off.

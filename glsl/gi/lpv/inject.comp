@@ -48,7 +48,7 @@ void collect(inout Collected sum, vec3 sent, vec3 n) {
     fixed_add(sum.z, f.z);
 }
 
-// What the list of `cell` sends along `way`; all that it sends where `way` is 0.
+// Adds the light that the list of `cell` sends along `way`; all that it sends where `way` is 0.
 void collect_list(inout Collected sum, ivec3 cell, ivec3 way) {
     uint item = grid_heads[cell_index(cell)];
     COUNT(HEADS, 1u);

@@ -97,7 +97,7 @@ Field as_field(Found f) {
     return Field(f.parts[0], f.parts[1], f.parts[2], f.parts[3]);
 }
 
-// What was sent along −d, between the axes by the squares of d's parts.
+// Light that was sent along −d, interpolated between the axes by the squares of d's parts.
 vec4 sent_against(Found f, vec3 d) {
     return d.x * d.x * (d.x > 0.0 ? f.parts[3] : f.parts[0]) + d.y * d.y * (d.y > 0.0 ? f.parts[4] : f.parts[1])
         + d.z * d.z * (d.z > 0.0 ? f.parts[5] : f.parts[2]);

@@ -33,7 +33,8 @@ ivec3 in_sums(ivec3 cell, uint cascade) {
     return cell + ivec3(0, 0, cascade * LPV_EDGE);
 }
 
-// What comes in from beyond the border, once, as it adds up over all steps: the next coarser grid's sum, or the sky.
+// Light that comes in from beyond the border, once, as it adds up over all steps: the next coarser grid's sum, or the
+// sky.
 Field light_outside(ivec3 cell) {
     if (push.cascade + 1u == CASCADES) {
         return Field(vec4(0.0, 0.0, 0.0, EVEN_FLUX), vec4(0.0), vec4(0.0), vec4(0.0));

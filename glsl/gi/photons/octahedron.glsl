@@ -45,7 +45,7 @@ float texel_cosine(uint texel, vec3 n) {
 // Solid angles of the eight texels about ±z and of the eight about the equator, sr.
 const float POLE_TEXEL = 0.892119;
 const float EQUATOR_TEXEL = 0.678677;
-// The same over the weights of a texel's four quarters.
+// These solid angles over the sum of the weights of a texel's four quarters.
 const float POLE_SHARE = POLE_TEXEL / 14.87144;
 const float EQUATOR_SHARE = EQUATOR_TEXEL / 10.26259;
 

@@ -1,4 +1,4 @@
-// What a volume holds at a place: how much stands in the way, and what is sent from there.
+// Content of a volume at a place: its opacity, and the light that is sent from there.
 
 #include "common/count.glsl"
 #include "gi/photons/constants.glsl"
@@ -8,7 +8,7 @@ uniform sampler3D photons;
 uniform sampler3D met_forth;
 uniform sampler3D met_back;
 
-// What planes across one axis hide. They are filtered along it, and go on beyond the grid's sides.
+// Share that planes across one axis hide. They are filtered along it, and continue beyond the grid's sides.
 float met_along(uint axis, vec3 at, vec3 d, float level) {
     vec3 inside =
         clamp(at / float(EDGE), vec3(0.5 * exp2(level) / float(EDGE)), vec3(1.0 - 0.5 * exp2(level) / float(EDGE)));
@@ -37,7 +37,7 @@ vec4 map_at(ivec2 texel, vec3 at, float level) {
     return textureLod(photons, vec3((inside.xy / edge + vec2(block)) / 4.0, inside.z / edge), level);
 }
 
-// The same, linear between levels.
+// As map_at, linear between levels.
 vec4 map_between(ivec2 texel, vec3 at, float level) {
     float below = floor(level);
     float part = level - below;

@@ -27,7 +27,7 @@ float keep_lobe(uint place, Surface s, vec3 irradiance, vec3 sent, vec3 mean) {
     alpha = min(sqrt(alpha * alpha + 0.5 * (1.0 - min(length(mean), 1.0))), 1.0);
     ItemLobe lobe = ItemLobe(share * irradiance * s.f0, s.f90 / max(brightest(s.f0), 1e-4), normalize(mean), alpha);
     if (feature(FEATURE_LAYERS)) {
-        // What lies over the surface is taken to send what it mirrors along the same lobe.
+        // Layers over the surface are assumed to send the light that they mirror along the same lobe.
         vec3 bare = irradiance / PI * specular_albedo(s.f0, s.f90, s.roughness, MEAN_COSINE);
         lobe.light *= brightest(sent) / max(brightest(bare), 1e-20);
     }

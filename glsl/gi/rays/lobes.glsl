@@ -1,4 +1,4 @@
-// What a glossy surface mirrors and what is seen through glass, along exact rays.
+// Light that a glossy surface mirrors and light that is seen through glass, along exact rays.
 
 #include "common/directions.glsl"
 #include "common/lobe.glsl"

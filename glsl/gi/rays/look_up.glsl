@@ -7,7 +7,7 @@
 
 const bool FINDS_LAMPS = true; // rays for what is mirrored or seen through glass meet them on their way
 
-// What the rays of one place have in common.
+// Frame of directions that the rays of one place share.
 struct DiffuseFrame {
     mat3 basis;
     vec2 shift;
@@ -41,7 +41,7 @@ vec4 look_up_diffuse(Surface s, uvec3 place) {
     return sum;
 }
 
-// The same, and `mirrored`: what the surface mirrors towards `view` of what the rays bring, for rough lobes.
+// As look_up_diffuse; `mirrored`: the part of the rays' light that the surface mirrors towards `view`, for rough lobes.
 #define METHOD_GATHERS_LOBES
 vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, out vec3 mirrored) {
     DiffuseFrame f = diffuse_frame(s, place);

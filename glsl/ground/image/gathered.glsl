@@ -1,4 +1,4 @@
-// What the passes gather and share found, brought up to the image. Needs: push.first_row.
+// Results of the passes gather and share, brought up to the size of the image. Needs: push.first_row.
 //! with GATHERED
 //! with METHOD_GATHERS_LOBES
 //! given layout(push_constant) uniform Push { uint first_row; } push;

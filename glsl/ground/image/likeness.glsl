@@ -1,4 +1,4 @@
-// What neighbouring places may share of gathered diffuse light. The includer declares `frame`.
+// Weights by which neighbouring places share gathered diffuse light. The includer declares `frame`.
 
 #include "ground/boxes.glsl"
 

@@ -39,7 +39,7 @@ vec3 lights_directly(Surface s, vec3 a, uvec2 pixel, uint covered, float through
         vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - position);
         for (uint k = 0u; k < frame.light_count; k++) {
             LightSample to = sample_light(lights[k], position, frame.voxel_m);
-            // What is smooth mirrors the sky itself.
+            // Single rays find the sky's lights in smooth surfaces, so that lobes leave them out there.
             vec3 reflected = to.irradiance * brdf_cos(s, view, to.direction, lights[k].kind == LIGHT_SKY);
             Surface lit = s;
             if (sends_through(s) && dot(s.normal, to.direction) < 0.0) {

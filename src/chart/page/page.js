@@ -39,7 +39,7 @@ const state = {
   scene: data.scenes[0].name, cost: "gpu", truth: "full", part: "total", metric: "rel", place: "", find: "", hidden: [],
   sort: "y", falling: false, name: undefined, kept: undefined,
 };
-// What is drawn now, and the point that is chosen.
+// Points that are drawn now, and the point that is chosen.
 let points = [], chosen;
 
 /** Nested settings as pairs of a dotted name and a value. */
@@ -147,7 +147,7 @@ function draw() {
   const rows = data.rows.filter(isShown);
   const cost = COSTS[state.cost];
   points = rows.map(pointOf).filter((point) => point);
-  // The same setting stays chosen when the scene changes.
+  // The chosen setting stays chosen when the scene changes.
   const selected = (points.find((p) => p.row.key === state.key) ?? points.find((p) => p.name === state.name))?.row;
   at("controls").querySelector("[name=metric][value=flip]").disabled = state.part !== "total";
   const mixed = data.mix_machines && places.length > 1;

@@ -1,5 +1,5 @@
-//! What `chart` and `study` share: they open scenes, measure and keep missing rows, refine references and errors in rounds, and
-//! write a folder.
+//! Common parts of `chart` and `study`: they open scenes, measure and keep missing rows, refine references and errors
+//! in rounds, and write a folder.
 
 pub mod imports;
 mod rounds;
@@ -50,7 +50,7 @@ pub struct BenchArgs {
     /// Show earlier rows of the same settings, of other builds and of former states of the scene, beside today's
     #[arg(long)]
     pub history: bool,
-    /// What is measured, in a word for the history, such as a commit
+    /// Word for the history that says what is measured, such as a commit
     #[arg(long, value_name = "TEXT")]
     pub label: Option<String>,
     /// Print nothing but notes and errors
@@ -201,7 +201,7 @@ impl Filling<'_> {
                 let row = row.in_scene(scene, args.reference_noise, common);
                 self.all.push(Planned { scene: scene.name.clone(), address: row.address.clone() });
                 if args.rows.has(&row.address) {
-                    // The same settings may have gone by another name.
+                    // These settings may have had another name in an earlier call.
                     let renamed = |mut stored: Stored<Row>| {
                         let Row { measured, failure, origin, .. } = stored.row;
                         stored.row = Row { measured, failure, origin, ..row.clone() };

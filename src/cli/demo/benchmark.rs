@@ -1,4 +1,4 @@
-//! What each pass takes over the whole sequence, to be quoted.
+//! Times of each pass over the whole sequence, to be quoted.
 
 use std::process::ExitCode;
 
@@ -30,7 +30,7 @@ struct Pass {
     gpu_ms: Percentiles,
 }
 
-/// What `--json` writes; `docs/json.md` documents the keys.
+/// Report that `--json` writes; `docs/json.md` documents the keys.
 #[derive(Default, Serialize)]
 struct Report {
     version: u32,

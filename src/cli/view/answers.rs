@@ -43,7 +43,7 @@ impl App {
         match frame {
             Err(_) if self.context.is_lost() => self.renew_context()?,
             Err(words) => match self.before.take() {
-                // What was opened last cannot be shown.
+                // The subject that was opened last cannot be shown: the one before comes back.
                 Some((subject, settings, eye, later_s)) => {
                     (self.subject, self.eye, self.later_s) = (subject, eye, later_s);
                     self.panel.choice.settings = settings;

@@ -1,4 +1,4 @@
-//! The same picture with other settings: which, and how both are shown.
+//! A second picture with other settings: which settings, and how both pictures are shown.
 
 use rayon::prelude::*;
 use twobounce::gi::Method;
@@ -46,7 +46,8 @@ impl Other {
         }
     }
 
-    /// What it means beside `own`; presets have its grid, so that both are compared at the same one.
+    /// Settings of the second picture where the first has `own`; presets have its grid, so that both are compared at
+    /// the same one.
     pub fn settings(self, own: &Settings) -> Option<Settings> {
         match self {
             Self::None => None,

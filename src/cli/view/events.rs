@@ -1,4 +1,4 @@
-//! What the window system says happened: keys, the mouse, files dropped, a new size.
+//! Events from the window system: keys, the mouse, files dropped, a new size.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};

@@ -18,7 +18,7 @@ pub struct Eye {
 const LEAST_TO_VERTICAL: f64 = 0.02;
 
 impl Eye {
-    /// What looks as `view` does, at a point `distance` metres away; orthographic views become perspective ones.
+    /// An eye that looks as `view` does, at a point `distance` metres away; orthographic views become perspective ones.
     pub fn of(view: &View, distance: f64) -> Self {
         let fov = match view.projection {
             Projection::Perspective { fov, .. } => f64::from(fov).to_degrees(),

@@ -85,7 +85,7 @@ pub struct Frame {
     pub boxes: Vec<[DVec3; 2]>,
 }
 
-/// The same with other settings.
+/// The second picture, with other settings.
 pub struct Beside {
     pub picture: Picture,
     pub image: Layers,

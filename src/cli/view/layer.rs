@@ -1,4 +1,4 @@
-//! What of a frame is shown: a layer of the image, or what the grid holds where the image shows a surface.
+//! Layers that can be shown of a frame: those of the image, or data of the grid where the image shows a surface.
 
 use std::sync::Arc;
 
@@ -29,11 +29,11 @@ pub enum GridLayer {
     Voxels(u32),
     /// How many triangles the list of the voxel has.
     Lists,
-    /// What the voxels of the method's volume send.
+    /// Light that the voxels of the method's volume send.
     Volume(Side),
-    /// What is kept on the surface itself,
+    /// Light that is kept on the surface itself.
     Kept,
-    /// and the list items that keep it, in a colour of its own each.
+    /// The list items that keep this light, each in a colour of its own.
     Items,
 }
 
@@ -108,7 +108,7 @@ impl Layer {
     }
 }
 
-/// What holds the last frame's grid.
+/// Resources from which the last frame's grid is read.
 pub struct Grid<'a> {
     pub context: &'a Arc<Context>,
     pub renderer: &'a Renderer,

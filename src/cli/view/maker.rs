@@ -167,7 +167,7 @@ impl Makers {
         }
     }
 
-    /// What a frame takes with other values of a key, each on a renderer of its own.
+    /// Costs of a frame with other values of a key, each on a renderer of its own.
     fn costs(&self, name: &str, job: &Job) -> Result<Vec<Cost>> {
         let entries = job.choice.settings.entries();
         let Some((key, now)) = entries.iter().find(|(key, _)| key.name == name) else { return Ok(vec![]) };
@@ -221,7 +221,7 @@ impl Makers {
         self.makers.iter_mut().try_for_each(|maker| maker.draw(job))
     }
 
-    /// What was drawn last, to be shown.
+    /// The frame that was drawn last, to be shown.
     fn frame(&mut self, job: &Job, divisor: u32, began: Instant, whole: bool) -> Result<Frame> {
         let Self { context, makers, .. } = self;
         let (picture, image, exposure_ev) = makers[0].picture(job, job.choice.exposure, context)?;
@@ -261,7 +261,7 @@ fn divisor(size: (u32, u32), ms_per_pixel: f64) -> u32 {
     DIVISORS.iter().find(soon).or(DIVISORS.last()).copied().unwrap_or(1)
 }
 
-/// What a frame did before its image.
+/// Zones of a frame other than those of its image.
 fn light_zones(timings: &ZoneTimings) -> Vec<ZoneTiming> {
     timings.zones.iter().filter(|zone| !IMAGE_PASSES.contains(&zone.name)).cloned().collect()
 }
@@ -345,7 +345,7 @@ impl Maker {
         Ok(question::rays(&inspect.rays(context, question::inspected(&self.renderer), pixel)?, &self.renderer))
     }
 
-    /// What was drawn last, the image itself and its exposure in stops.
+    /// The picture that was drawn last, its image, and its exposure in stops.
     fn picture(&mut self, job: &Job, exposure: Option<f32>, context: &Arc<Context>) -> Result<(Picture, Layers, f32)> {
         let image = self.renderer.read();
         let scene = self.renderer.scene();

@@ -198,7 +198,7 @@ struct App {
     run: RunArgs,
     context: Arc<Context>,
     subject: Subject,
-    /// What was open before, until the first frame of what is.
+    /// The subject that was open before, with its settings, eye and time, until the first frame of the new one.
     before: Option<(Subject, Settings, Option<Eye>, f64)>,
     opened: Instant,
     proxy: EventLoopProxy<News>,
@@ -234,7 +234,7 @@ struct App {
     frame: Option<Frame>,
     truth: Option<Truth>,
     compared: Option<Compared>,
-    /// What is on the screen of the frame; `None` where that is older.
+    /// How the picture on the screen was mixed from the frame; `None` where that picture is older.
     mixed: Option<Mixed>,
     lost: Losses,
     failed: Option<anyhow::Error>,
@@ -343,7 +343,7 @@ impl App {
         self.ask(true);
     }
 
-    /// What held keys and the animation do since the last step.
+    /// Moves the eye by the held keys, and the animation, by the time since the last step.
     fn step(&mut self) {
         let since = self.stepped.elapsed().min(LONGEST_STEP).as_secs_f64();
         self.stepped = Instant::now();

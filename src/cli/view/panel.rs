@@ -36,9 +36,9 @@ pub struct Panel {
     /// Whether the grids' bounds are shown.
     pub bounds: bool,
     pub history: History,
-    /// What is asked of the thread that makes frames, until it is taken.
+    /// Question to the thread that makes frames, until that takes it.
     pub question: Option<Question>,
-    /// What frames take with other values of a setting, all others as these are.
+    /// Costs of frames with other values of a setting, all others as these are.
     costs: (BTreeMap<&'static str, Vec<Cost>>, Settings),
     /// The rays of a pixel.
     pub rays: Vec<Ray>,
@@ -56,7 +56,7 @@ impl Panel {
         }
     }
 
-    /// What came of a question.
+    /// Takes the answer to a question.
     pub fn take(&mut self, found: Result<Found, String>) {
         self.error = None;
         match found {
@@ -66,7 +66,7 @@ impl Panel {
         }
     }
 
-    /// What there is to say of a setting's costs in the panel; for tests.
+    /// Costs of settings in the panel's words; for tests.
     pub fn costs_in_words(&self) -> String {
         let of = |(key, costs): (&&str, &Vec<Cost>)| {
             let values: Vec<String> = costs.iter().map(Cost::words).collect();

@@ -1,4 +1,4 @@
-//! What the user asks of the thread that makes frames, beside frames: the rays of a pixel, and what a setting costs.
+//! Questions of the user to the thread that makes frames: the rays of a pixel, and the cost of a setting.
 
 use std::sync::Arc;
 
@@ -16,11 +16,11 @@ use twobounce::{Error, Result};
 pub enum Question {
     /// The rays of this pixel of the last picture.
     Rays((u32, u32)),
-    /// What a frame takes with a key's other values.
+    /// Cost of a frame with a key's other values.
     Cost(&'static str),
 }
 
-/// What came of it.
+/// Answer to a [`Question`].
 pub enum Found {
     Rays(Vec<Ray>),
     Cost(&'static str, Vec<Cost>),

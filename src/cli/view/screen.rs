@@ -91,7 +91,7 @@ impl Screen {
         let options = Options { in_flight_frames: 1, ..Options::default() };
         let egui = Renderer::with_gpu_allocator(presenter.allocator.clone(), context.device().clone(), mode, options)?;
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(presenter.queue_family);
-        // What fails from here on destroys what was made before it.
+        // If a later step fails, dropping this destroys the objects that were made before.
         let mut screen = Self {
             egui,
             picture: new_image(context, "picture", (1, 1))?,

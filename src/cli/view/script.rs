@@ -19,7 +19,7 @@ use super::question::Question;
 use super::screen::Call;
 use crate::say;
 
-/// What an act may wait for at most; a script that would wait for ever fails.
+/// Longest time that an act may wait; a script that would wait for ever fails.
 const LONGEST_WAIT: Duration = Duration::from_secs(300);
 /// Between two requests to a window manager.
 const AGAIN: Duration = Duration::from_secs(1);
@@ -95,7 +95,7 @@ impl Script {
         self.reloads += 1;
     }
 
-    /// What was asked for last is shown, so long after.
+    /// Notes that the last request is shown, so long after it was made.
     pub fn answered(&mut self, after: Duration) {
         if self.wait == Wait::Answer {
             self.wait = Wait::Nothing;

@@ -1,4 +1,4 @@
-//! What is open: a scene, how it was asked for, and what it takes to look at it.
+//! Subject of the window: a scene, how it was asked for, and the options and eye to look at it.
 
 use std::sync::Arc;
 

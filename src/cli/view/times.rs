@@ -1,4 +1,4 @@
-//! What frames took: the passes of the last one as a tree, and a graph of those before.
+//! Times of frames: the passes of the last one as a tree, and a graph of those before.
 
 use std::collections::VecDeque;
 

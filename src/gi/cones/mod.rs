@@ -99,7 +99,7 @@ impl Gi for Lighting {
                 // 3, 4a. The lists are made once more; the triangles stay.
                 ground.relist(r);
             }
-            // What the last lists filled and these do not is emptied.
+            // Voxels that the last lists filled and the new lists do not are emptied.
             if let (Some(empty), true) = (&self.empty, update.lists) {
                 empty.record(r, ground, to, update.known);
             }

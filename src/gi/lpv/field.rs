@@ -13,7 +13,7 @@ pub struct Field {
     sampler: Sampler,
 }
 
-/// What a field is made for.
+/// Size and name of a [`Field`].
 #[derive(Clone, Copy)]
 pub struct FieldDesc<'a> {
     pub label: &'a str,

@@ -35,7 +35,7 @@ const PASSAGES_BYTES: u64 = 12;
 /// Parts of a sum, in look-ups.
 const SUM_PARTS: usize = 6;
 
-/// What was added up, bounce by bounce.
+/// Labels of the sums over propagation steps, bounce by bounce.
 const SUM_NAMES: [&str; 2] = ["first bounce's sum", "second bounce's sum"];
 
 shared! {
@@ -52,11 +52,11 @@ pub struct Lighting {
     /// The light that travels, of one grid: each step reads one and writes the other.
     travelling: [Field; 2],
     blockers: Buffer,
-    /// What passes into each cell.
+    /// Share of light that passes into each cell, per direction of travel along the axes.
     passages_into: Buffer,
     /// For each grid its place; as look-ups want it.
     places: Buffer,
-    /// What the steps of each bounce added up, grid by grid.
+    /// Sum over the propagation steps of each bounce, grid by grid.
     sums: Vec<Field>,
     settings: Settings,
     base_edge: u32,
@@ -206,7 +206,7 @@ struct Cascade<'a> {
 }
 
 impl Lighting {
-    /// What a grid's items send is injected, travels, and adds up in `sum`.
+    /// Injects the light that a grid's items send, propagates it, and adds every step to `sum`.
     fn travel(&self, r: &mut Recorder, ground: &Ground, cascade: &Cascade, sum: &Field) {
         let Cascade { index, lists, steps } = *cascade;
         let groups = |group: [u32; 3]| group.map(|threads| self.settings.edge / threads);
@@ -270,7 +270,7 @@ fn travelling(own: &Settings) -> FieldDesc<'static> {
     FieldDesc { label: "travelling light", parts, edge: own.edge, grids: 1 }
 }
 
-/// What is added up, of all grids.
+/// The sum over propagation steps, of all grids.
 fn sum_of<'a>(own: &Settings, label: &'a str) -> FieldDesc<'a> {
     let parts = if own.lobe == Lobe::Beam { SUM_PARTS } else { 4 };
     FieldDesc { label, parts, edge: own.edge, grids: own.cascades }

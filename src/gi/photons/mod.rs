@@ -114,7 +114,7 @@ impl Gi for Lighting {
             cover.record(r, ground);
         }
         self.shade.each(&self.volumes, update.history, |shade, from, to| {
-            // What the last lists filled and these do not is emptied.
+            // Voxels that the last lists filled and the new lists do not are emptied.
             if update.lists {
                 self.empty.record(r, ground, to, update.known);
             }

@@ -1,4 +1,4 @@
-//! What the method did, for those who look at it: where it keeps its light, and the rays that a pixel's light was gathered along.
+//! Debug views of the method: where it stores its light, and the rays along which a pixel's light was gathered.
 
 use std::sync::Arc;
 
@@ -41,7 +41,7 @@ pub struct InspectedRay {
     pub from: [f32; 3],
     /// Where the first surface was met, or where it left the grid for the sky; `from` where the pixel shows no surface.
     pub to: [f32; 3],
-    /// What it brought, through surfaces that let light pass too.
+    /// Radiance that the ray brought, including light that passed through surfaces that transmit it.
     pub light: [f32; 3],
     /// 1 + the triangle that was met first, counted over the instances in the scene's order; 0: none.
     pub source: u32,

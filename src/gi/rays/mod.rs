@@ -42,7 +42,7 @@ struct Light {
     bounce: usize,
 }
 
-/// What only `bounces = all` needs.
+/// Resources that only `bounces = all` needs.
 struct Feedback {
     carry: Compute,
     sum: Compute,

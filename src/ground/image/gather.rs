@@ -113,7 +113,7 @@ pub struct Gather {
     of: GatherShape,
     surfaces: Image,
     lights: Vec<Image>,
-    /// What neighbours share; the image reads this.
+    /// Means of `lights` over neighbouring pixels; the image reads these.
     shared: Vec<Image>,
     gather: LightReader,
     share: Compute,
@@ -190,10 +190,10 @@ impl Gather {
         images.iter().zip(LIGHTS).map(move |(image, names)| (image, names[stage]))
     }
 
-    /// What the image reads.
+    /// Images that the image's passes read.
     pub fn binds<'a>(&'a self, ground: &'a Ground) -> impl Iterator<Item = Bind<'a>> {
         let texels = &ground.scene.texel_sampler;
-        // What a shader may read but never does must be given something.
+        // A binding that a shader declares but never reads must still be given an image.
         let shared = self.shared.iter().chain(std::iter::repeat(&self.shared[0])).zip(LIGHTS);
         std::iter::once(Bind::image("surfaces", self.surfaces.view(), texels))
             .chain(shared.map(|(image, [.., name])| Bind::image(name, image.view(), texels)))

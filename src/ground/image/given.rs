@@ -45,7 +45,7 @@ impl GivenPass {
         })
     }
 
-    /// What a host's depth, normal and albedo are copied to.
+    /// The images that a host's depth, normal and albedo are copied to.
     pub fn inputs(&self) -> &[Image] {
         &self.images[..INPUTS]
     }

@@ -53,7 +53,7 @@ enum Opaque {
     Listed(FragmentShading),
 }
 
-/// What an [`ImagePass`] is made for.
+/// Inputs from which an [`ImagePass`] is made.
 pub struct ImagePassDesc<'a> {
     pub features: Features,
     /// The method's name: its look-up is asked.
@@ -283,7 +283,7 @@ impl<'a> BandFrame<'a> {
     }
 }
 
-/// What an image is made of.
+/// Inputs of one image: the ground, the target and the scene.
 #[derive(Clone, Copy)]
 pub struct ImageFrame<'a> {
     pub ground: &'a Ground,

@@ -28,7 +28,7 @@ pub type Node = [u32; WORDS];
 /// A box: its least and its greatest corner.
 pub type Corners = [DVec3; 2];
 
-/// What a leaf holds; none of an inner node.
+/// Range of primitives that a leaf holds; `None` for an inner node.
 pub fn primitives(node: &Node) -> Option<Range<usize>> {
     let first = (node[0] >> 3) as usize;
     (node[0] & 3 == LEAF).then_some(first..first + (node[0] >> 2 & 1) as usize + 1)

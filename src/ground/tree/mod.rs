@@ -87,7 +87,7 @@ impl Tree {
         });
     }
 
-    /// What rays read.
+    /// Buffers that rays read.
     pub fn binds(&self) -> [Bind<'_>; 2] {
         [Bind::buffer("tree_links", &self.links), Bind::buffer("tree_boxes", &self.boxes)]
     }

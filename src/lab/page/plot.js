@@ -27,7 +27,7 @@ function frontierOf(points) {
   return points.filter((p) => !points.some((q) => beats(q, p))).sort((a, b) => a.x - b.x);
 }
 
-// The same of each group of points by itself. One of none belongs to every group.
+// The frontier of each group of points by itself. A point of no group belongs to every group.
 function frontiersOf(points) {
   const groups = [...new Set(points.map((p) => p.group).filter((group) => group !== undefined))];
   if (groups.length === 0) return [frontierOf(points)];

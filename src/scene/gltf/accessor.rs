@@ -12,16 +12,16 @@ use super::draco::Unpacked;
 /// damaged file cannot make the loader allocate much more memory than the file has bytes.
 const UNBACKED_ELEMENTS_MAX: usize = 1 << 22;
 
-/// What is wrong with a file, as a sentence without the file's name.
+/// Description of a fault in a file, as a sentence without the file's name.
 pub type Problem = String;
 
 /// A document and the bytes of its buffers.
 pub struct Data<'a> {
     pub document: &'a Document,
     pub buffers: &'a [Option<Vec<u8>>],
-    /// What compressed buffer views hold; `None` for the others.
+    /// Content of compressed buffer views; `None` for the others.
     pub decoded: &'a [Option<Vec<u8>>],
-    /// What the stream of the primitive that is read holds, if it is compressed.
+    /// Content of the stream of the primitive that is read, if it is compressed.
     pub unpacked: Option<&'a Unpacked>,
     /// Which two sets of texture coordinates meshes of each material keep.
     pub uv_sets: &'a [[u32; 2]],
@@ -61,7 +61,7 @@ impl<'a> Elements<'a> {
     }
 }
 
-/// What an accessor declares: elements of `width` components each.
+/// Layout that an accessor declares: elements of `width` components each.
 pub struct Layout<'a> {
     accessor: &'a Accessor,
     pub component: ComponentType,
@@ -118,7 +118,7 @@ impl<'a> Data<'a> {
         }
     }
 
-    /// What accessor `index` declares.
+    /// Layout that accessor `index` declares.
     pub fn layout(&self, index: usize) -> Result<Layout<'a>, Problem> {
         let accessor = self.document.accessors.get(index).ok_or_else(|| missing("accessor", index))?;
         let stated = |key: &str| self.document.stated(&format!("/accessors/{index}/{key}"));

@@ -29,7 +29,7 @@ pub fn document(data: &Data) -> Result<(), Problem> {
     for (index, accessor) in document.accessors.iter().enumerate() {
         let view = accessor.buffer_view.map(|v| v.value());
         exists("buffer view", view, document.buffer_views.len())?;
-        // What a compressed primitive's accessors without a view describe is known when it is decoded.
+        // Accessors of a compressed primitive without a view describe data that is known only when it is decoded.
         if view.map_or(!packed.contains(&index), |view| data.has(view)) {
             data.check(index)?;
         }

@@ -276,7 +276,7 @@ fn without_dots(path: &Path) -> Option<PathBuf> {
 const OUTSIDE: &str =
     "outside the folder of the scene; copy the file there, or name a folder that the scene may read with --assets DIR";
 
-/// What follows the scheme of a data URI; `None` for another one.
+/// Text after the scheme of a data URI; `None` for another URI.
 pub fn inline(uri: &str) -> Option<&str> {
     let (scheme, rest) = uri.trim_start().split_once(':')?;
     scheme.eq_ignore_ascii_case("data").then_some(rest)

@@ -18,7 +18,7 @@ use crate::scene::deform::{Deform, DeformPose, Joint, Target};
 pub struct Applied<'a> {
     /// One per morph target; missing ones are 0.
     pub weights: &'a [f32],
-    /// What goes on deforming the mesh.
+    /// The scene's deformer that poses the mesh from frame to frame, if any.
     pub deformer: Option<Applying>,
 }
 

@@ -82,8 +82,8 @@ impl Document {
     }
 }
 
-/// The same JSON with whole numbers written as such: `1.0` and `1e2` as `1` and `100`. To JSON they are the same numbers, and
-/// some exporters write indices so, but the types of indices take integers alone.
+/// Rewrites JSON with whole numbers written as such: `1.0` and `1e2` as `1` and `100`. To JSON they are the same
+/// numbers, and some exporters write indices so, but the types of indices take integers alone.
 fn plain_integers(json: &[u8]) -> Vec<u8> {
     let mut out = Vec::with_capacity(json.len());
     let mut rest = json;

@@ -29,7 +29,7 @@ struct Compressed {
     attributes: BTreeMap<String, u32>,
 }
 
-/// What a stream holds.
+/// Content of a stream.
 pub struct Unpacked {
     /// By the number of the accessor that describes them: elements of its type, one after the other.
     pub accessors: BTreeMap<usize, Vec<u8>>,

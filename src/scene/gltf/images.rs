@@ -419,7 +419,7 @@ impl Opened<'_> {
         let deep = color.bytes_per_pixel() == 2 * color.channel_count();
         let (width, height) = (decoded.width(), decoded.height());
         let rgba = match decoded {
-            // What most files hold; the library's conversion takes as long as it takes to decode a JPEG.
+            // Most files hold this format; the library's conversion takes as long as it takes to decode a JPEG.
             DynamicImage::ImageRgb8(rgb) => opaque(rgb.as_raw()),
             other => other.into_rgba8().into_raw(),
         };

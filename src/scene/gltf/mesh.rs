@@ -181,7 +181,7 @@ impl Source<'_> {
         let mut colors =
             self.read::<4, Vec4>(Semantic::Colors(0), Some([1.0; 4]))?.unwrap_or(vec![Vec4::ONE; self.count]);
         for color in colors.iter_mut().filter(|c| c.clamp(Vec4::ZERO, Vec4::ONE) != **c) {
-            // What a quantised 1 is read as may be a little above it.
+            // A quantised 1 may be read as a value a little above 1.
             if color.clamp(Vec4::splat(-ROUNDING), Vec4::splat(1.0 + ROUNDING)) != *color {
                 self.warn("has vertex colours outside 0 to 1; they were clamped");
             }

@@ -50,9 +50,9 @@ pub struct LoadOptions {
     pub assets: Option<PathBuf>,
     /// Whether to refuse a file of which a texture or a required extension would be left out.
     pub strict: bool,
-    /// What loading and rendering may take of the machine's memory; `None` is half of what is free.
+    /// Memory of the machine that loading and rendering may take; `None` is half of what is free.
     pub memory: Option<Limit>,
-    /// What textures may take on the device, if there is one.
+    /// Memory of the device that textures may take, if there is a device.
     pub texture_memory: Option<Limit>,
     /// How many texels a side an image of the device has, in which a texture lies above its mips, and what says so.
     pub texture_side: Option<(u32, String)>,

@@ -14,7 +14,7 @@ use super::document::{Document, Node, size};
 use super::{draco, instancing};
 use crate::memory::{Limit, apart};
 
-/// What takes the memory.
+/// Kind of thing that takes the memory.
 #[derive(Clone, Copy)]
 pub enum Kind {
     Bytes,
@@ -42,7 +42,7 @@ const TRIANGLES_MAX: u64 = 1 << 30;
 
 /// Bytes while a vertex is read, of all its attributes and their first copies.
 const VERTEX_READ: u64 = 104;
-/// The same with joints: a blended transform, and joints with weights.
+/// Bytes while a vertex with joints is read: a blended transform, and joints with weights, besides.
 const VERTEX_SKINNED: u64 = VERTEX_READ + 136;
 /// Bytes of an element of one attribute, and its copy, that the file's size does not limit: these are added up, for time's sake.
 const UNBACKED: u64 = 32;
@@ -54,7 +54,7 @@ const PACKED_CORNER: u64 = 64;
 const VERTEX_KEPT: u64 = 72 + 64 + 64;
 /// Bytes of a vertex that a skin moves: undeformed, with joints and weights, in the scene, packed and on the device.
 const VERTEX_DEFORMED: u64 = 3 * (40 + 8 * 4);
-/// The same of its difference in a morph target, and of four more joints.
+/// Bytes of a vertex's difference in a morph target, and of four more joints of a vertex, in these three places.
 const VERTEX_TARGET: u64 = 3 * 36;
 const VERTEX_JOINTS: u64 = 3 * 8 * 4;
 /// Bytes of an index in the same three places.
@@ -139,7 +139,7 @@ impl Need {
         self.sums.iter().fold(self.limit.bytes, |left, (_, bytes)| left.saturating_sub(*bytes))
     }
 
-    /// What sets the limit.
+    /// Words for what sets the limit.
     pub fn limit(&self) -> &str {
         &self.limit.words
     }

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3, Vec3};
 
 use super::{Texels, middle};
 
-/// What is more than so many times the mean of the rest is bright.
+/// Texels with more than so many times the mean of the rest are bright.
 const BRIGHT: f64 = 8.0;
 /// A bright part that sends less than this share of all light stays in the map.
 const LEAST_SHARE: f64 = 0.01;
@@ -90,7 +90,7 @@ fn brightest_of_rest(texels: &Texels) -> f32 {
     most as f32
 }
 
-/// What a texel has more than the rest.
+/// Light of a bright texel beyond the part that stays in the map.
 #[derive(Clone, Copy)]
 struct Bright {
     towards: DVec3,

@@ -67,7 +67,7 @@ struct Axis {
 
 #[derive(Debug)]
 struct Header {
-    /// That of the lines, then that within a line.
+    /// Axis of the lines, then the axis within a line.
     axes: [Axis; 2],
     /// Exposures, corrections of colours and primaries.
     radiance_from_stored: DMat3,
@@ -138,8 +138,8 @@ fn axes(line: &str) -> Option<[Axis; 2]> {
     (axes[0].across != axes[1].across).then_some(axes)
 }
 
-/// What the lines of a header say together: those of exposure and of colours may stand several times, each for a step that changed the
-/// image.
+/// Values from all lines of a header: those of exposure and of colours may stand several times, each for a step that
+/// changed the image.
 struct Values {
     /// Radiance of a stored 1.
     gain: DVec3,

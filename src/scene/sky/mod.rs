@@ -46,17 +46,17 @@ pub struct SkyMap {
     pub scale: f32,
     /// Of an unpacked texel's largest channel: what is more is the bright part, which [`Self::lights`] stand for. Infinite without.
     pub most: f32,
-    /// What the bright part sends, the map not turned.
+    /// Lights that stand for the bright part, the map not turned.
     pub lights: Vec<SkyLight>,
     /// Radiance, mean over all directions.
     pub mean: Vec3,
-    /// The same without the bright part.
+    /// Radiance without the bright part, mean over all directions.
     pub mean_of_rest: Vec3,
     /// Of the texels and the scale.
     pub hash: blake3::Hash,
 }
 
-/// The same texels in the same way.
+/// Maps are equal if they have the same texels and scale.
 impl PartialEq for SkyMap {
     fn eq(&self, other: &Self) -> bool {
         self.hash == other.hash
@@ -113,7 +113,7 @@ impl SkyMap {
     }
 }
 
-/// What is packed as at most 2¹⁶ − 2⁷.
+/// Largest channel that is packed: 2¹⁶ − 2⁷.
 const LARGEST: f32 = 65408.0;
 
 /// RGB9E5 of channels from 0 to [`LARGEST`], each rounded to nearest.
@@ -169,7 +169,7 @@ impl Texels<'_> {
         unpack(self.words[y * self.width + x])
     }
 
-    /// The same; what is brighter than `most` in any channel is dimmed until it is not.
+    /// The texel, dimmed where a channel is brighter than `most` until none is.
     pub fn dimmed(&self, x: usize, y: usize, most: f32) -> Vec3 {
         let texel = self.get(x, y);
         let largest = texel.max_element();
@@ -236,7 +236,7 @@ impl Scene {
         DMat3::from_rotation_y(TAU * f64::from(self.sky_turn))
     }
 
-    /// What the bright part of the sky's map sends, from where it is.
+    /// Lights that stand for the bright part of the sky's map, as the map is turned.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn sky_lights(&self) -> impl Iterator<Item = SkyLight> {
         let rotation = self.sky_rotation();

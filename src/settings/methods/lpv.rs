@@ -8,14 +8,14 @@ choices! {
         /// The clamped cosine, 1 + 2 cos θ in two bands. It is negative behind, where it is cut off, so that light is gained. A
         /// face's lobe has the integral 4π: a step passes on all of the light.
         Cosine = "cosine",
-        /// The same, each face's with the coefficients that the source's author published, √π/2 and √(π/3): their integral is π, so
-        /// that a step passes on a quarter of the light.
+        /// The clamped cosine with the coefficients that the source's author published for each face, √π/2 and √(π/3):
+        /// their integral is π, so that a step passes on a quarter of the light.
         CosinePi = "cosine-pi",
         /// As narrow as the light in the cell: one beam for each.
         Beam = "beam",
     }
 
-    /// What blocks light on its way from cell to cell.
+    /// How light is blocked on its way from cell to cell.
     Occlusion {
         None = "none",
         /// Blocking area in two bands, half a cell off (Kaplanyan and Dachsbacher's geometry volume).
@@ -45,7 +45,7 @@ choices! {
         /// Two bands against the clamped cosine about the shading normal, half a cell off along it: a position and a perturbed normal
         /// are all that the source's page takes.
         Sh = "sh",
-        /// What crosses a face that looks like the surface, a cell off it, where no such surface stands.
+        /// Flux across a face that has the surface's orientation, a cell off it, where no such surface stands.
         Flux = "flux",
     }
 }

@@ -15,7 +15,7 @@ choices! {
     Composite {
         /// Each hides a share of what is behind it, as if they were independent.
         Over = "over",
-        /// What they hide adds up to 1: neighbours find parts of one wall.
+        /// Shares that spheres hide add up to 1: neighbours find parts of one wall.
         Sum = "sum",
     }
 
@@ -27,7 +27,7 @@ choices! {
         Sided = "sided",
     }
 
-    /// What the exponentially weighted visibility multiplies.
+    /// Quantity that the exponentially weighted visibility multiplies.
     AoMultiplies {
         /// Nothing: it is a layer.
         Nothing = "nothing",
@@ -89,7 +89,7 @@ table! {
 }
 
 switches! {
-    /// What the notes print that is wrong and is neither a choice nor a number above, each on its own.
+    /// Faults that the notes print and that are neither a choice nor a number above, each on its own.
     "photons.ledger", "see docs/photons.md";
     beer 0 "exponent of Beer's law, with composite = over: diameter/increment, or length/edge",
     steps 1 "spheres: h' = (h + hR)/(1 − R) for every R, or bounded",

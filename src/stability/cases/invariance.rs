@@ -77,7 +77,7 @@ fn scale(cell: &Cell) -> Result<Vec<Sample>> {
     changes(&factors, cell, |factor| Ok((format!("×{factor}"), image_of(cell, scaled(room(), *factor), DVec3::ZERO)?)))
 }
 
-/// The same image from a scene of another size: irradiance at a point light's distance stays.
+/// Scales a scene so that its image stays the same: irradiance at a point light's distance stays.
 fn scaled(mut stage: Stage, factor: f64) -> Stage {
     let scale = DAffine3::from_scale(DVec3::splat(factor));
     for node in &mut stage.scene.nodes {

@@ -56,7 +56,7 @@ pub fn against_truth(
     against_truth_at(cell, stage, "", &cell.turned_places(), number)
 }
 
-/// The same at `places` of a scene which is called `name` among others, or nothing.
+/// As [`against_truth`], at `places` of a scene that is called `name` among others, or nothing.
 pub fn against_truth_at(
     cell: &Cell,
     stage: Stage,

@@ -104,7 +104,8 @@ impl Context {
         self.pipelines.compiled()
     }
 
-    /// The same, where no earlier run had left any: it takes long, and only once.
+    /// Pipelines compiled so far in a run whose pipeline cache started empty; `None` if an earlier run had filled it.
+    /// Compiling them takes long, but only once.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn compiled_anew(&self) -> Option<u64> {
         Some(self.compiled_pipelines()).filter(|_| self.pipeline_cache.is_cold())

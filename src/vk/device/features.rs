@@ -29,7 +29,7 @@ macro_rules! features {
 features! {
     /// Triangles are recorded and listed as the talk does it, where settings ask for that ([`Conservative`](crate::settings::Conservative)).
     geometry_shader "geometryShader",
-    /// What a shader reads beyond a buffer's end is data of that buffer or 0, and what it writes there goes nowhere else.
+    /// Reads beyond a buffer's end return data of that buffer or 0, and writes there go nowhere else.
     robust_buffer_access "robustBufferAccess",
     /// Vertex and geometry shaders write triangles to lists.
     vertex_pipeline_stores_and_atomics "vertexPipelineStoresAndAtomics",

@@ -54,8 +54,8 @@ impl Context {
     }
 }
 
-/// What `physical_device` lacks of what is needed, by the specification's names; empty where it will do. For a host that
-/// chooses among devices, before it makes one. `api_version`: what the instance was made with.
+/// Required features and limits that `physical_device` lacks, by the specification's names; empty where it will do. For
+/// a host that chooses among devices, before it makes one. `api_version`: the version that the instance was made with.
 ///
 /// # Safety
 /// The handle comes from `instance`.

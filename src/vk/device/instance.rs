@@ -7,7 +7,7 @@ use ash::{khr, vk};
 use std::ffi::{CStr, c_char, c_void};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// What the instance is made with.
+/// API version that the instance is made with.
 pub(in crate::vk) const VERSION: u32 = vk::API_VERSION_1_3;
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
@@ -181,7 +181,7 @@ unsafe extern "system" fn on_message(
     vk::FALSE
 }
 
-/// What kind of processor a device is, best first.
+/// Kind of processor that a device is, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum DeviceKind {
     Discrete,
@@ -213,7 +213,7 @@ impl DeviceKind {
     }
 }
 
-/// What `info` prints about one device.
+/// Report of `info` about one device.
 #[derive(Clone, Debug)]
 pub struct DeviceReport {
     pub name: String,

@@ -1,4 +1,5 @@
-//! What a device has of what is needed. One list serves the choice of a device, the error that refuses one, and `info`.
+//! Requirements on a device, and how far it meets them. One list serves the choice of a device, the error that refuses
+//! one, and `info`.
 
 use super::features::{COLOR_ATTACHMENTS, FRAMEBUFFER_LAYERS, Features, required_extensions, required_features};
 use ash::vk;

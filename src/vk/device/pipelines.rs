@@ -24,7 +24,7 @@ pub(in crate::vk) trait Pipeline: Any + Send + Sync {
     unsafe fn destroy(&self, device: &ash::Device);
 }
 
-/// What a pipeline was made of, and the pipeline.
+/// Description that a pipeline was made from, and the pipeline.
 type Kept = (String, Arc<dyn Pipeline>);
 
 #[derive(Default)]
@@ -51,7 +51,7 @@ impl Pipelines {
         make: impl FnOnce() -> Result<P>,
     ) -> Result<Arc<P>> {
         let mut kept = self.kept();
-        // What failed may go well now: there may be more memory.
+        // A pipeline that failed before may succeed now: there may be more memory.
         let serves = |(of, pipeline): &Kept| *of == made_of && !pipeline.has_failed();
         let found = kept.iter().position(serves).map(|place| kept.remove(place));
         let pipeline = match found {

@@ -1,5 +1,6 @@
-//! What a driver takes of the machine. One that does not get it ends the process, or never returns: so it is asked for less, or not loaded.
-//! The numbers are llvmpipe's, which takes most: measured on two cores, and what more cores take is added.
+//! Memory and threads that a driver takes of the machine. A driver that does not get it ends the process, or never returns: so it
+//! is asked for less, or not loaded. The numbers are llvmpipe's, which takes most: measured on two cores, with an
+//! allowance added for more cores.
 
 use crate::memory::{self, Limit, mib};
 use crate::{Error, Result};
@@ -9,7 +10,7 @@ use std::thread;
 /// Bytes of memory from its start until passes are compiled, and from before they are.
 const DRIVER: u64 = 512 << 20;
 const COMPILER: u64 = 384 << 20;
-/// The same of addresses, where threads share a heap.
+/// Bytes of address space for the two, where threads share a heap.
 const DRIVER_ADDRESSES: u64 = 1536 << 20;
 const COMPILER_ADDRESSES: u64 = 768 << 20;
 
@@ -17,7 +18,7 @@ const COMPILER_ADDRESSES: u64 = 768 << 20;
 const MOST_CORES: usize = 32;
 const MORE_THREADS: usize = 4;
 
-/// What is free of the machine's memory beside what a driver takes to compile passes; `None`: the system does not say.
+/// Memory that is free on the machine besides what a driver takes to compile passes; `None`: the system does not say.
 #[cfg_attr(not(internals), doc(hidden))]
 pub fn beside_compiler() -> Option<Limit> {
     let left = [(memory::free(), COMPILER), (memory::addresses(), COMPILER_ADDRESSES)];

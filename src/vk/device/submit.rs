@@ -11,7 +11,7 @@ const TIMEOUT_S: u64 = 600;
 /// Timestamps per recording: two per zone.
 pub(in crate::vk) const MAX_TIMESTAMPS: u32 = 1024;
 
-/// What one recording needs; reused from frame to frame.
+/// Vulkan objects that one recording needs; reused from frame to frame.
 #[derive(Default)]
 pub(in crate::vk) struct CommandSet {
     pool: vk::CommandPool,
@@ -193,7 +193,7 @@ pub(in crate::vk) fn record_barrier(context: &Context, commands: vk::CommandBuff
     unsafe { context.device().cmd_pipeline_barrier2(commands, &info) };
 }
 
-/// The same for one image, whose layout may change. Outside a rendering scope.
+/// Records a barrier for one image, whose layout may change. Outside a rendering scope.
 pub(in crate::vk) fn record_image_barrier(
     context: &Context,
     commands: vk::CommandBuffer,

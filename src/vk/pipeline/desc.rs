@@ -29,7 +29,7 @@ pub struct VertexInput<'a> {
     pub attributes: &'a [(u32, vk::Format, u32)],
 }
 
-/// What to make a [`Raster`] of. Triangle lists, no culling; viewport and scissor come with the draw.
+/// Inputs from which a [`Raster`] is made. Triangle lists, no culling; viewport and scissor come with the draw.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RasterDesc<'a> {
     pub label: &'a str,
@@ -50,7 +50,7 @@ pub struct RasterDesc<'a> {
     pub conservative: bool,
 }
 
-/// What to make a [`Compute`] of.
+/// Inputs from which a [`Compute`] is made.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ComputeDesc<'a> {
     pub label: &'a str,

@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// The pipeline, or why there is none.
 pub(in crate::vk) type Made = Result<vk::Pipeline, vk::Result>;
 
-/// What a pipeline is made of.
+/// Inputs from which a pipeline is compiled.
 pub(in crate::vk) struct Making {
     device: ash::Device,
     debug_utils: Option<ash::ext::debug_utils::Device>,

@@ -12,7 +12,7 @@ use ash::vk;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::{self, JoinHandle};
 
-/// What every Vulkan device offers for push constants.
+/// Bytes of push constants that every Vulkan device offers.
 const MAX_PUSH_BYTES: u32 = 128;
 
 /// As large as a main thread's usually is: drivers compile by recursion.
@@ -127,8 +127,8 @@ impl RawPipeline {
         }
     }
 
-    /// The same as [`Pipeline::made`] for a pass that needs it now. Panics where the driver did not make it and nobody asked
-    /// [`Context::wait_for_pipelines`].
+    /// The pipeline as in [`Pipeline::made`], for a pass that needs it now. Panics where the driver did not make it and
+    /// nobody asked [`Context::wait_for_pipelines`].
     pub(in crate::vk) fn handle(&self) -> vk::Pipeline {
         self.made().unwrap_or_else(|result| panic!("compiling the pass {} failed ({result})", self.label))
     }

@@ -1,4 +1,4 @@
-//! What compiled shaders say of themselves: stages, bindings, push block, struct layouts.
+//! Reflection of compiled shaders: stages, bindings, push block, struct layouts.
 
 use super::constants::Value;
 use ash::vk;
@@ -40,7 +40,7 @@ pub struct StageInfo {
     pub outputs: usize,
 }
 
-/// What a binding takes.
+/// Kind of resource that a binding takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BindingKind {
@@ -247,7 +247,7 @@ pub(in crate::vk) fn merge(label: &str, modules: &[Module]) -> Vec<Binding> {
 /// Whether a pipeline can take `new` for `own`: it may leave out what it does not read.
 ///
 /// # Errors
-/// What it takes that `own` does not.
+/// `new` takes something that `own` does not; the error names it.
 #[cfg(feature = "hot-reload")]
 pub(in crate::vk) fn check_same_interface(own: Shader, new: Shader) -> crate::Result<()> {
     let refuse = |what: String| Err(crate::Error::Usage(format!("glsl/{}: {what}: build the program anew", new.0)));

@@ -17,13 +17,13 @@ pub struct Reload {
     learnt: bool,
 }
 
-/// What is in use, by the preprocessed text of each shader, and what is compiled but not yet in use.
+/// Shaders in use, by the preprocessed text of each, and shaders that are compiled but not yet in use.
 #[derive(Default)]
 struct Shaders(Mutex<State>);
 
 #[derive(Default)]
 struct State {
-    /// What is there is what the build compiled.
+    /// Whether texts are noted as those that the build compiled, instead of compiled.
     learns: bool,
     texts: HashMap<String, String>,
     compiled: BTreeMap<String, Vec<u32>>,
@@ -54,7 +54,7 @@ impl Reload {
     /// Where anything is wrong, all stays as it is. The first look takes longer: it reads everything.
     ///
     /// # Errors
-    /// What the compiler says, `file:line: message` a line.
+    /// The compiler's messages, `file:line: message` a line.
     pub fn look(&mut self) -> Option<Result<usize>> {
         if !std::mem::replace(&mut self.learnt, true)
             && let Err(error) = self.learn()

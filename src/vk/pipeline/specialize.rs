@@ -153,7 +153,7 @@ fn target(operand: &Operand) -> Word {
     operand.unwrap_id_ref()
 }
 
-/// What a function gets to.
+/// Blocks of a function that can be reached, and values known in it.
 struct Walk {
     reached: HashSet<Word>,
     /// Constants, and what is computed of them inside.
@@ -230,7 +230,7 @@ impl Walk {
         Some(target(&last.operands[if condition != 0 { 1 } else { 2 }]))
     }
 
-    /// What the function returns, where that is always the same.
+    /// The value that the function returns, where it is always the same.
     fn result(&self, function: &Function) -> Option<u32> {
         let lasts = function.blocks.iter().filter(|block| self.reached.contains(&label(block)));
         let returned =

@@ -1,4 +1,4 @@
-//! What a shader's module reaches. The build includes this file too.
+//! Removal of functions, variables and constants that a shader's module does not use. The build includes this file too.
 
 use rspirv::dr::{Function, Instruction, Module, Operand};
 use rspirv::spirv::Decoration;

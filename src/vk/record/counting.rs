@@ -1,4 +1,4 @@
-//! What counting shaders (`glsl/common/count.glsl`) add up, zone by zone.
+//! Counts that counting shaders (`glsl/common/count.glsl`) add up, zone by zone.
 
 use super::recorder::Recorder;
 use crate::Result;
@@ -41,7 +41,7 @@ impl Counting {
 }
 
 impl Recorder {
-    /// What is to be bound as [`COUNTS`], where the pipeline counts.
+    /// The buffer to bind as [`COUNTS`], where the pipeline counts.
     pub(in crate::vk) fn counts_of(&self, pipeline: &RawPipeline) -> Option<Arc<Buffer>> {
         let counting = self.recorded.counting.as_ref()?;
         pipeline.bindings.iter().any(|binding| binding.name == COUNTS).then(|| counting.counts.clone())

@@ -1,4 +1,5 @@
-//! What a frame recorded, as plain data: a test can hold it against a table of passes, stages and resources.
+//! Log of the commands that a frame recorded, as plain data: a test can compare it with a table of passes, stages and
+//! resources.
 
 use super::zone::ZoneKind;
 use crate::vk::pipeline::reflect::{Stage, StageInfo};
@@ -113,7 +114,7 @@ pub struct AttachmentLog {
     pub resolve: Option<String>,
 }
 
-/// What a rendering scope draws into.
+/// Attachments that a rendering scope draws into.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct TargetLog {
     pub colors: Vec<AttachmentLog>,

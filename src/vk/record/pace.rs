@@ -7,11 +7,11 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// What a submission is to take, in milliseconds: well below 100 on a GPU, for guesses are not exact. A CPU device would pay for
-/// more submissions with vertices that are shaded again in each.
+/// Time that a submission should take, in milliseconds: well below 100 on a GPU, because guesses are not exact. A CPU
+/// device would pay for more submissions with vertices that are shaded again in each.
 const AIM_MS: f64 = 50.0;
 const AIM_CPU_MS: f64 = 1000.0;
-/// The same where a window waits for it: what it waits for besides takes longer there than on a GPU.
+/// Time for a CPU device where a window waits for the submission: other waits take longer there than on a GPU.
 const AIM_RESPONSIVE_CPU_MS: f64 = 25.0;
 /// Work of unknown cost begins with so small a share of it,
 const FIRST_SHARE: u32 = 64;
@@ -21,10 +21,10 @@ const LARGEST_UNKNOWN_SHARE: u32 = 8;
 /// On a CPU device no submission is a smaller share than this of its work: where other programs hold the processor, waiting takes longer
 /// than the work, and ever smaller parts would only be waited for more often.
 const LEAST_CPU_SHARE: u32 = 64;
-/// What an older measurement counts beside the next.
+/// Weight of an older measurement relative to the next.
 const FORGET: f64 = 0.7;
 
-/// What is done of the work under way.
+/// Progress of the work under way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     pub pass: &'static str,
@@ -43,7 +43,7 @@ type Key = (&'static str, u32);
 /// A pass that is one work.
 const WHOLE: u32 = u32::MAX;
 
-/// What passes cost, from frame to frame; shared by the recorders that use it.
+/// Measured costs of passes, from frame to frame; shared by the recorders that use it.
 pub struct Pace {
     aim_ms: f64,
     first_share: u32,
@@ -104,7 +104,7 @@ impl Pace {
         known.is_none() || self.expected_ms() >= self.aim_ms
     }
 
-    /// What waited took `ms`.
+    /// Records that the waiting work took `ms`.
     pub(in crate::vk) fn measured(&mut self, ms: f64) {
         let expected = self.expected_ms();
         let equal = 1.0 / self.waiting.len() as f64;

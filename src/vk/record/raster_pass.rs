@@ -11,11 +11,11 @@ use arrayvec::ArrayVec;
 use ash::vk;
 use bytemuck::Pod;
 
-/// What an attachment holds when the scope begins.
+/// Content of an attachment when the scope begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Load<T> {
     Clear(T),
-    /// What it held before.
+    /// The content that it had before.
     Load,
     #[default]
     DontCare,

@@ -1,4 +1,4 @@
-//! What one recording leaves behind. Its capacity serves the next one.
+//! Data that one recording leaves behind. Its capacity serves the next one.
 
 use super::bind::Infos;
 use super::counting::Counting;
@@ -23,7 +23,7 @@ pub(in crate::vk) struct Zone {
 
 #[derive(Default)]
 pub(in crate::vk) struct Recorded {
-    /// What the commands use, kept alive until they are over.
+    /// Resources that the commands use, kept alive until the commands have finished.
     pub(in crate::vk) keep: Vec<Arc<dyn Any + Send + Sync>>,
     pub(in crate::vk) zones: Vec<Zone>,
     /// How many were written since the last submission.

@@ -89,7 +89,7 @@ impl Recorder {
         &self.context
     }
 
-    /// What was recorded so far; empty without [`RecorderOptions::log`].
+    /// Commands recorded so far; empty without [`RecorderOptions::log`].
     pub fn frame_log(&self) -> &FrameLog {
         &self.recorded.log
     }
@@ -197,7 +197,7 @@ impl Recorder {
         Ok(timings)
     }
 
-    /// What is left after the last command, and the milliseconds that recording took.
+    /// The data left after the last command, and the milliseconds that recording took.
     pub(in crate::vk) fn into_recorded(self) -> (Recorded, f64) {
         (self.recorded, self.started.elapsed().as_secs_f64() * 1e3)
     }

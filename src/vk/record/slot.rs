@@ -12,7 +12,7 @@ use ash::vk;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 
-/// What a [`Slot`] measures and keeps.
+/// Measurements that a [`Slot`] makes, and whether it keeps a log.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SlotOptions {
     /// Make a query pool, and write a timestamp at both ends of each zone.
@@ -29,7 +29,7 @@ pub struct Slot {
     /// Null without timestamps.
     timestamps: vk::QueryPool,
     recorded: Recorded,
-    /// What the last recording took on the CPU.
+    /// Milliseconds that the last recording took on the CPU.
     recording_ms: f64,
 }
 
@@ -63,7 +63,7 @@ impl Slot {
         self.recorded.timings(context, self.timestamps, vk::QueryResultFlags::empty(), self.recording_ms)
     }
 
-    /// What was recorded last; empty without [`SlotOptions::log`].
+    /// Commands recorded last; empty without [`SlotOptions::log`].
     pub fn frame_log(&self) -> &FrameLog {
         &self.recorded.log
     }

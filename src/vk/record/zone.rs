@@ -1,8 +1,8 @@
-//! What was timed: zones, and the frame that they are parts of.
+//! Timings of zones, and of the frame that they are parts of.
 
 use serde::Serialize;
 
-/// What a zone mostly does.
+/// The kind of work that a zone mostly does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ZoneKind {
@@ -26,7 +26,7 @@ pub struct ZoneTiming {
     pub wall_ms: Option<f64>,
     /// Estimate of the bytes that it writes, as the pass states it.
     pub bytes: u64,
-    /// What its shaders read, kind by kind; empty unless the context counts.
+    /// Reads and steps that its shaders counted, kind by kind; empty unless the context counts.
     pub counts: Vec<u64>,
     /// Of each level of mips, or step of propagation, in milliseconds of device time; empty unless they are timed
     /// ([`RenderOptions::steps`](crate::renderer::RenderOptions::steps)).

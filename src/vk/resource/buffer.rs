@@ -99,7 +99,7 @@ impl Buffer {
         self.raw.bytes
     }
 
-    /// What the driver gave for it, in bytes.
+    /// Bytes that the driver allocated for it.
     pub fn allocated_bytes(&self) -> u64 {
         self.memory().bytes()
     }

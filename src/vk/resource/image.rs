@@ -16,7 +16,7 @@ pub enum ImageDim {
     D3,
 }
 
-/// What to make an [`Image`] of.
+/// Inputs from which an [`Image`] is made.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageDesc<'a> {
     pub label: &'a str,
@@ -180,7 +180,7 @@ impl Image {
         self.raw.extent_of(level)
     }
 
-    /// What the driver gave for it, in bytes.
+    /// Bytes that the driver allocated for it.
     pub fn allocated_bytes(&self) -> u64 {
         self.raw.memory.as_ref().expect("bound at creation").bytes()
     }

@@ -10,7 +10,7 @@ use gpu_allocator::{AllocationError, MemoryLocation};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
 
-/// What memory is for.
+/// The resource that a block of memory is for.
 pub(in crate::vk) enum Owner {
     Buffer(vk::Buffer, MemoryLocation),
     Image(vk::Image),

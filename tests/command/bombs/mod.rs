@@ -23,7 +23,7 @@ fn refused(folder: &Path, scene: &str, parts: &[&str]) {
     refused_by(folder, &["render", scene, "-o", "a.png"], scene, parts);
 }
 
-/// The same of any command; `subject` begins the sentence.
+/// As [`refused`], for any command; `subject` begins the sentence.
 fn refused_by(folder: &Path, args: &[&str], subject: &str, parts: &[&str]) {
     let before = names(folder);
     let start = Instant::now();
@@ -243,7 +243,7 @@ fn what_is_no_regular_file_is_not_opened() {
     }
 }
 
-/// What decoders would make of small files is stated in them: counts, and sizes in headers.
+/// Sizes to which decoders would expand small files are stated in the files: counts, and sizes in headers.
 #[test]
 fn compressed_and_instanced_files_are_added_up() {
     let folder = folder();

@@ -1,4 +1,4 @@
-//! What rays and shadow rays must find: brute force over all recorded triangles.
+//! Oracle of the hits that rays and shadow rays must find: brute force over all recorded triangles.
 //!
 //! The oracle evaluates the shader's formula (Möller and Trumbore 1997) in f64, with the bound of what f32 may round. A hit
 //! is *certain* if it is one whatever the rounding, and *possible* if rounding may make it one: at edges, where the shader's
@@ -309,7 +309,8 @@ impl Oracle {
         [present.iter().all(|present| *present), present.contains(&true)]
     }
 
-    /// What a triangle's material is there: all that rounding of the point, of texels and of a mask's cutoff may make of it.
+    /// Surfaces that a triangle's material may give there: all that rounding of the point, of texels and of a mask's
+    /// cutoff may make of it.
     fn surfaces(&self, facet: &Facet, crossing: &Crossing) -> impl Iterator<Item = SurfaceParams> {
         let material = &self.scene.materials[facet.material];
         let mut cutoffs = vec![material.clone()];
@@ -355,7 +356,7 @@ impl Oracle {
             passed += 1.0;
         }
         let rounding = 1.0 + DEPTH_ROUNDING * passed;
-        // What certain opaque triangles leave is 0 and nothing else.
+        // Certain opaque triangles leave 0 and nothing else.
         [low / rounding - OPAQUE, high * rounding + if high == DVec3::ZERO { 0.0 } else { OPAQUE }]
     }
 }

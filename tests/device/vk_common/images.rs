@@ -125,7 +125,7 @@ impl TestImage {
         }
     }
 
-    /// What was copied, once it was waited for.
+    /// The copied values, once the copy was waited for.
     pub fn read<T: bytemuck::Pod>(&self, host: &Host) -> Vec<T> {
         unsafe {
             let flags = vk::MemoryMapFlags::empty();

@@ -73,7 +73,7 @@ impl Host {
         }
     }
 
-    /// What a context is given; `change` makes it less.
+    /// A context over the host's objects; `change` takes some of them away.
     pub fn adopt(&self, change: impl FnOnce(&mut HostDevice<'_>)) -> twobounce::Result<Arc<Context>> {
         let extensions = required_extensions(self.version);
         let mut host = HostDevice {
@@ -94,12 +94,12 @@ impl Host {
         unsafe { Context::adopt(host) }
     }
 
-    /// What its device lacks of what is needed.
+    /// Names of what its device lacks.
     pub fn missing(&self) -> Vec<String> {
         self.missing_with(self.version)
     }
 
-    /// The same, had the instance been made with that version.
+    /// As [`Self::missing`], had the instance been made with that version.
     pub fn missing_with(&self, version: u32) -> Vec<String> {
         // SAFETY: the handle comes from this instance.
         unsafe { twobounce::vk::missing(&self.instance, version, self.physical) }
@@ -110,7 +110,7 @@ impl Host {
         memory.memory_types_as_slice().to_vec()
     }
 
-    /// What the validation layer said so far, which is then forgotten.
+    /// Messages of the validation layer so far, which are then forgotten.
     pub fn take_messages(&self) -> Vec<String> {
         std::mem::take(&mut *self.messages.lock().unwrap())
     }

@@ -162,7 +162,7 @@ impl Setup {
     }
 }
 
-/// What a renderer of its own draws.
+/// Layers that a renderer of its own draws.
 pub fn rendered(setup: &Setup, settings: &Settings, aovs: &[Aov], size: (u32, u32)) -> Layers {
     let options = RenderOptions { aovs: aovs.to_vec(), ..RenderOptions::new(size, setup.scene.bounds(None)) };
     let scene = setup.scene.clone();

@@ -21,7 +21,7 @@ fn load(name: &str) -> Scene {
     scene
 }
 
-/// What a corner of a triangle looks like in the world.
+/// Attributes of a corner of a triangle in the world.
 #[derive(Clone, Copy)]
 struct Corner {
     position: DVec3,
@@ -245,7 +245,7 @@ fn damaged_files_are_one_sentence_or_a_valid_scene() {
     }
 }
 
-/// What extensions and the accessors and views beside them state may be anything.
+/// Numbers that extensions state, and the accessors and views beside them, may be anything.
 #[test]
 fn every_number_of_compressed_documents_may_be_anything() {
     for name in ["knot-instanced.glb", "knot-meshopt-khr.glb", "knot-draco-sequential.glb"] {

@@ -59,7 +59,7 @@ fn instances_stand_where_their_attributes_say() {
     assert_eq!(ends(&file.scene()), [[at(11.0, 0.0, 0.0), at(10.0, 1.0, 0.0)]]);
 }
 
-/// What moves the node moves its instances, and a mesh shown elsewhere too stays one mesh.
+/// A motion of the node moves its instances, and a mesh shown elsewhere too stays one mesh.
 #[test]
 fn instances_follow_their_node() {
     let mut file = instanced();

@@ -435,7 +435,7 @@ fn hidden_nodes_show_nothing() {
     file.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}}));
     let light = json!({"KHR_lights_punctual": {"light": 0}});
     let lamp = file.push("nodes", json!({"extensions": light}));
-    // What is shown below what is hidden is hidden.
+    // A shown node below a hidden node is hidden.
     let child = file.push("nodes", json!({"mesh": 0, "camera": 0, "extensions": shown, "children": [lamp]}));
     let parent = file.node(json!({"children": [child], "extensions": hidden}));
     let instanced = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}, "KHR_node_visibility": {"visible": false}});

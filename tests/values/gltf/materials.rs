@@ -123,7 +123,7 @@ fn texture_transforms_follow_the_extensions_example() {
     }
 }
 
-/// What the extension states is what is seen: the diffuse colour, the reflectance head on, the roughness.
+/// A converted material looks as the extension states: the diffuse colour, the reflectance head on, the roughness.
 #[test]
 fn specular_and_glossiness_are_converted() {
     let material = |extension: serde_json::Value| {

@@ -31,7 +31,7 @@ pub fn format(number: u32) -> Option<Format> {
     Some(Format { channels, bytes })
 }
 
-/// What a level of plain texels is made of.
+/// Input of the decoder: one level of plain texels.
 pub struct Level<'a> {
     pub format: Format,
     pub width: usize,

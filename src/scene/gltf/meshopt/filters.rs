@@ -21,7 +21,7 @@ pub fn octahedral_8(bytes: &mut [u8]) {
     });
 }
 
-/// The same of 16 bits.
+/// Octahedral filter for components of 16 bits.
 pub fn octahedral_16(bytes: &mut [u8]) {
     for_each(bytes, |[x, y, one, w]| {
         let [x, y, z] = octahedral([x, y, one].map(|b| f32::from(i16::from_le_bytes(b))), 32767.0);
@@ -73,7 +73,7 @@ pub fn color_8(bytes: &mut [u8]) {
     });
 }
 
-/// The same of 16 bits.
+/// Colour filter for components of 16 bits.
 pub fn color_16(bytes: &mut [u8]) {
     for_each(bytes, |[y, co, cg, a]| {
         let chroma = |b| i32::from(i16::from_le_bytes(b));

@@ -17,10 +17,11 @@ use super::container::shorten;
 use super::document::Document;
 use super::need::{Kind, Need};
 
-/// The same bitstreams; the second name allows version 1 of the vertex codec and colours. Both are read under both names.
+/// Names of two extensions with the same bitstreams; the second allows version 1 of the vertex codec and colours. Both
+/// are read under both names.
 pub const NAMES: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// What is wrong with a stream, as the end of a sentence.
+/// Description of a fault in a stream, as the end of a sentence.
 type Damage = &'static str;
 
 /// Decodes so many elements of so many bytes.
@@ -86,7 +87,8 @@ impl Compressed {
         Ok(Some(found))
     }
 
-    /// What the extension demands of an object. The view's own length is not held against it: nothing depends on that.
+    /// Checks what the extension demands of an object. The view's own length is not compared with it: nothing depends
+    /// on that.
     fn check(&self) -> Result<(), String> {
         let Self { byte_stride: stride, count, .. } = *self;
         let filter = self.filter.as_deref().unwrap_or("NONE");

@@ -56,7 +56,7 @@ choices! {
         Repeat = "repeat",
     }
 
-    /// What a pass over a volume goes through: the same image.
+    /// How a pass goes through a volume: the image is the same.
     Passes {
         /// As in the talk: a fragment per voxel of the whole grid, a layer per slice; the second bounce voxelises again.
         Layered = "layered",

@@ -158,7 +158,7 @@ impl Settings {
         Self { start, ledger: Ledger::default(), ..printed }
     }
 
-    /// What is beyond the cube (D11): right, nothing.
+    /// Addressing beyond the cube (D11). Right: there is nothing.
     pub fn address_mode(&self) -> SamplerAddressMode {
         match (self.ledger.d11, self.wrap) {
             (Form::Right, _) => SamplerAddressMode::CLAMP_TO_BORDER,

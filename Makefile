@@ -47,6 +47,9 @@ test-more:  ## every case of every test, also of those that build programs of th
 	scripts/setup.sh test
 	scripts/format-glsl.py --check
 	TWOBOUNCE_TEST_MORE=1 cargo test --release --locked --features hot-reload -- --include-ignored
+	# Vectors as wide as those of a CPU without AVX, and glibc checks the heap at every call.
+	LP_NATIVE_VECTOR_WIDTH=128 LD_PRELOAD=libc_malloc_debug.so.0 MALLOC_CHECK_=3 MALLOC_PERTURB_=165 \
+	  cargo test --release --locked --features hot-reload --test device
 	TWOBOUNCE_FUZZ_SECONDS=600 cargo test --release --locked --test fuzz damaged -- --nocapture
 	$(MAKE) audit test-mesa25 faults
 

@@ -10,7 +10,7 @@ TEST_SECONDS ?= 3000
 DEMO_SECONDS ?= 300
 WEB_SECONDS ?= 900
 
-.PHONY: demo test format test-more test-web test-cluster test-mesa25 faults corpus assets docs clean
+.PHONY: demo test format test-more test-web test-cluster test-mesa25 audit faults corpus assets docs clean
 
 demo:  ## build, render the gallery, print what each pass took
 	scripts/setup.sh demo
@@ -43,12 +43,15 @@ format:  ## Rust and GLSL
 	cargo fmt
 	scripts/format-glsl.py
 
-test-more:  ## every case of every test, also of those that build programs of their own, ten minutes of fuzzing, Mesa 25, planted faults: hours
+test-more:  ## every case of every test, also of those that build programs of their own, ten minutes of fuzzing, audit, Mesa 25, planted faults: hours
 	scripts/setup.sh test
 	scripts/format-glsl.py --check
 	TWOBOUNCE_TEST_MORE=1 cargo test --release --locked --features hot-reload -- --include-ignored
+	# Vectors as wide as those of a CPU without AVX, and glibc checks the heap at every call.
+	LP_NATIVE_VECTOR_WIDTH=128 LD_PRELOAD=libc_malloc_debug.so.0 MALLOC_CHECK_=3 MALLOC_PERTURB_=165 \
+	  cargo test --release --locked --features hot-reload --test device
 	TWOBOUNCE_FUZZ_SECONDS=600 cargo test --release --locked --test fuzz damaged -- --nocapture
-	$(MAKE) test-mesa25 faults
+	$(MAKE) audit test-mesa25 faults
 
 test-mesa25:  ## the same tests on Mesa 25.0.7 (Debian 12, unpacked beside), and both drivers' images compared
 	scripts/setup.sh test
@@ -56,6 +59,10 @@ test-mesa25:  ## the same tests on Mesa 25.0.7 (Debian 12, unpacked beside), and
 	scripts/guard.sh $(TEST_SECONDS) scripts/mesa25.sh cargo test --release --locked
 	cargo build --release --locked
 	scripts/compare-drivers.sh
+
+audit:  ## licences, sources and known faults of the dependencies (cargo-deny and cargo-audit, built if missing)
+	scripts/setup.sh audit
+	scripts/audit.sh
 
 faults:  ## plants faults, one at a time, and writes into docs/faults.md which test catches which: 40 minutes
 	scripts/setup.sh test

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs missing packages that twobounce needs, and prints each with its purpose. Root is needed only if one is missing.
-# Usage: setup.sh demo|test|web|cluster   (test adds Vulkan's validation layers, web a browser, cluster GNU parallel and Slurm)
+# Usage: setup.sh demo|test|web|cluster|audit
+# (test adds Vulkan's validation layers, web a browser, cluster GNU parallel and Slurm, audit cargo-audit and cargo-deny)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 purpose=${1:-demo}
@@ -137,5 +138,14 @@ if [ "$purpose" = test ]; then
     fi
     echo "setup: adding $tool to Rust"
     rustup component add "$tool"
+  done
+fi
+if [ "$purpose" = audit ]; then
+  for tool in cargo-audit cargo-deny; do
+    if have "$tool"; then continue; fi
+    echo "setup: building $tool, which looks through the dependencies, in about ten minutes"
+    if ! cargo install --locked --quiet "$tool"; then
+      echo "setup: $tool cannot be installed from crates.io here; make audit goes on without it" >&2
+    fi
   done
 fi

@@ -20,6 +20,7 @@ mod plan;
 mod profile;
 mod reference_cli;
 mod render;
+mod same_bits;
 mod shell;
 mod sky;
 mod stability;

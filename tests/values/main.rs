@@ -15,6 +15,7 @@ mod valid;
 
 mod assets;
 mod ci_recipe;
+mod compiler;
 mod docs;
 mod faults_listed;
 mod gltf;

@@ -13,6 +13,8 @@ use crate::{Error, Result};
 static WRITES: Mutex<u32> = Mutex::new(0);
 static WRITTEN: Condvar = Condvar::new();
 
+const TOO_LARGE: &str = "it is larger than files may be here; raise the limit (ulimit -f) or choose another disk";
+
 /// A write under way, until it is dropped; they may nest.
 pub struct Writing(());
 
@@ -46,7 +48,11 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     if is_standard(path) {
         let mut stdout = io::stdout().lock();
         let written = stdout.write_all(bytes).and_then(|()| stdout.flush());
-        return written.map_err(|e| Error::Usage(format!("standard output cannot be written: {e}")));
+        return written.map_err(|error| {
+            let too_large = error.kind() == ErrorKind::FileTooLarge;
+            let problem = if too_large { TOO_LARGE.to_owned() } else { error.to_string() };
+            Error::Usage(format!("standard output cannot be written: {problem}"))
+        });
     }
     let target = resolve(path)?;
     let written = if is_special(&target) {
@@ -204,10 +210,7 @@ fn failed(path: &Path, error: &io::Error) -> Error {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
             "cannot be written: the disk is full; free some space or choose another one".into()
         }
-        ErrorKind::FileTooLarge => {
-            "cannot be written: it is larger than files may be here; raise the limit (ulimit -f) or choose another disk"
-                .into()
-        }
+        ErrorKind::FileTooLarge => format!("cannot be written: {TOO_LARGE}"),
         ErrorKind::InvalidFilename => "cannot be written: the name is too long or not allowed here".into(),
         _ => format!("cannot be written: {error}"),
     };

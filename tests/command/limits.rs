@@ -127,7 +127,7 @@ fn a_file_that_may_not_grow_is_said_and_leaves_nothing() {
     folder.done(&RENDER);
     let image = fs::read(folder.path("a.exr")).unwrap();
     let before = names(&folder.path(""));
-    let standard = [&RENDER[..RENDER.len() - 1], &["-"]].concat();
+    let standard = [&RENDER[..RENDER.len() - 1], &["-", "--aov=depth"]].concat();
     let json = [&RENDER[..], &["--json", "report.json"]].concat();
     let cases: [(&[&str], &str); 5] = [
         (&RENDER, "a.exr"),

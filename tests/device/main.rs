@@ -11,8 +11,12 @@ mod gpu;
 mod kinds;
 #[path = "../common/more.rs"]
 mod more;
+#[path = "../common/nonsense.rs"]
+mod nonsense;
 #[path = "../common/photons.rs"]
 mod photons;
+#[path = "../fuzz/random.rs"]
+mod random;
 #[path = "../common/scenes.rs"]
 mod scenes;
 #[path = "../common/studio.rs"]
@@ -33,6 +37,7 @@ mod layers;
 mod layouts;
 mod light_on_demand;
 mod lpv;
+mod nonsense_drawn;
 mod passes_boxes;
 mod passes_cells;
 mod passes_direct;

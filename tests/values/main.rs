@@ -1,5 +1,7 @@
 //! Tests that need no device of their own: scenes, settings, the path tracer, closed forms, and the pages of `docs/`.
 
+#[path = "../common/nonsense.rs"]
+mod nonsense;
 #[path = "../../examples/pages/pictures.rs"]
 mod pictures;
 #[path = "../fuzz/random.rs"]
@@ -26,6 +28,7 @@ mod made_scenes;
 mod maps;
 mod materials;
 mod metrics_faults;
+mod nonsense_traced;
 mod parameters;
 mod reference_analytic;
 mod reference_determinism;

@@ -151,6 +151,8 @@ fn luminance_and_chroma_of_openexr_are_colours() {
     check(include_bytes!("chroma-piz-float.exr"), 2, "piz, float");
     check(include_bytes!("chroma-pxr24.exr"), 2, "pxr24");
     check(include_bytes!("chroma-dwaa.exr"), 2, "dwaa");
+    let refusal = output::decode(include_bytes!("chroma-b44.exr")).unwrap_err();
+    assert!(refusal.contains("of fewer samples than pixels"), "{refusal}");
 }
 
 /// A part of two by one pixels with such channels.

@@ -143,7 +143,7 @@ fi
 if [ "$purpose" = audit ]; then
   for tool in cargo-audit cargo-deny; do
     if have "$tool"; then continue; fi
-    echo "setup: building $tool, which looks through the dependencies, in about ten minutes"
+    echo "setup: building $tool, which looks through the dependencies; that takes minutes"
     if ! cargo install --locked --quiet "$tool"; then
       echo "setup: $tool cannot be installed from crates.io here; make audit goes on without it" >&2
     fi

@@ -134,7 +134,7 @@ fn a_file_that_may_not_grow_is_said_and_leaves_nothing() {
         (&REFERENCE, "a.exr"),
         (&json, "a.exr"),
         (&standard, "standard output"),
-        (&["make-assets", "--dir=."], "glb"),
+        (&["make-assets", "."], "glb"),
     ];
     for (args, name) in cases {
         for kib in [0, 1] {

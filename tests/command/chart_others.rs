@@ -218,7 +218,10 @@ fn imports_that_are_unfit_are_refused_in_a_sentence() {
         (one("a=image.png,3"), "image.png: is no OpenEXR image; a chart judges linear radiance"),
         (one("a=empty.exr,3"), "empty.exr: is no OpenEXR image"),
         (one("a=short.exr,3"), "short.exr: is "),
-        (one("a=no-image.exr,3"), "has no channels R, G and B, and no Y; write linear radiance into channels of these names"),
+        (
+            one("a=no-image.exr,3"),
+            "has no channels R, G and B, and no Y; write linear radiance into channels of these names",
+        ),
         (
             one("a=small.exr,3"),
             "small.exr: is 16x16 pixels, the chart 32x24; render it at the chart's size, or chart with --size 16x16",

@@ -132,7 +132,7 @@ vec3 light_side(Surface s, uvec3 voxel, uint place) {
 // of the lists' own grid, as `voxel` is.
 ItemLight light_item(uint index, uint triangle, mat3 corners, uvec3 voxel) {
     Triangle t = triangles[triangle];
-    random_seed = uvec4(voxel, t.source);
+    random_seed = uvec4(voxel, t.material);
     Attributes attributes = attributes_of(triangle);
     COUNT(LIST_ITEMS, 1u);
     COUNT(TRIANGLES, 1u);

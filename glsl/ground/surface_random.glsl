@@ -6,7 +6,7 @@
 #include "ground/bindings.glsl"
 
 // An invocation sets this before it lights a surface. Integers, because drivers round positions differently: of an item
-// its voxel, of an image its pixel, and the number of the triangle in the scene.
+// its voxel, of an image its pixel, and the material. The triangle's number would change with the order of triangles.
 uvec4 random_seed = uvec4(0u);
 
 // The R2 sequence over passes (Roberts, 2018); 0 in the first. A pass over the voxels gathers what passes before it

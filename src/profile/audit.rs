@@ -129,7 +129,6 @@ fn passes(log: &FrameLog) -> Vec<PassUse> {
 fn is(label: &str, name: &str) -> bool {
     match name {
         "image" => label == "beauty",
-        "image readback" => label == "beauty, readback",
         "first bounce's volume" => label.starts_with("first bounce"),
         "second bounce's volume" => label.starts_with("second bounce"),
         // Images of several parts are numbered.

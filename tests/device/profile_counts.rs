@@ -26,7 +26,8 @@ fn a_copy_reads_the_bytes_that_it_copies() {
         let copy = Copy::new(&context, bytes).unwrap();
         for _ in 0..2 {
             let (_, counts) = copy.run().unwrap();
-            assert_eq!(counts, Counts { words: bytes / 4, ..Default::default() });
+            assert!(counts.invocations > 0);
+            assert_eq!(counts, Counts { words: bytes / 4, invocations: counts.invocations, ..Default::default() });
             assert_eq!(counts.fetched_bytes(), bytes);
         }
     }
@@ -71,7 +72,8 @@ fn a_frame_without_shadows_reads_what_its_lists_say() {
         let settings = gpu::with(preset, &["voxels=16", "lights.shadows=none", "lights.lamps=gathered"]);
         let rows = counted(&context, &scene, &settings);
         assert_eq!(context.take_validation_messages(), Vec::<String>::new());
-        let of = |name: &str| rows.iter().find(|row| row.0 == name).unwrap_or_else(|| panic!("no pass {name}")).1;
+        let whole = |name: &str| rows.iter().find(|row| row.0 == name).unwrap_or_else(|| panic!("no pass {name}")).1;
+        let of = |name: &str| Counts { invocations: 0, ..whole(name) };
         let frame = gpu::render(&plain, &scene, &settings, 16);
         let pairs = gpu::listed_pairs(&plain, &frame);
         let items = pairs.len() as u64;
@@ -90,6 +92,9 @@ fn a_frame_without_shadows_reads_what_its_lists_say() {
             Counts { heads: voxels, ..lit }
         };
         assert_eq!(of("shade 1"), shade);
+        // A fragment per voxel where all are drawn, else whole groups of threads.
+        let invocations = whole("shade 1").invocations;
+        assert!(if by_cells { invocations >= items + voxels } else { invocations == voxels }, "{invocations}");
         let second = of("shade 2");
         let (cone_steps, volume_texels) = (second.cone_steps, second.volume_texels);
         // By cells, the first bounce's direct light is read again: three words a side, of one or two sides.

@@ -1,7 +1,7 @@
 // Direct light on a surface, with its shadows: lights, and points on sampled lamps.
 // A method that has shadows of its own defines METHOD_SHADOWS and method_shadow() before this file.
 
-#include "ground/surface_random.glsl"
+#include "ground/place_random.glsl"
 #include "ground/lights.glsl"
 #include "ground/lamps.glsl"
 #include "ground/ray.glsl"
@@ -14,7 +14,7 @@ vec3 shadow_rays(Light light, LightSample to, Surface s, vec3 position, uint par
     uint count = soft ? (SHADOW_RAYS + parts - 1u) / parts : 1u;
     vec3 x = normalize(cross(to.direction, abs(to.direction.y) < 0.9 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0)));
     vec3 y = cross(to.direction, x);
-    float turn = 2.0 * PI * (jitter_hash(random_seed) + pass_shift().x);
+    float turn = 2.0 * PI * (jitter_hash(place_seed(s.position)) + pass_shift().x);
     vec3 open = vec3(0.0);
     for (uint k = 0u; k < count; k++) {
         float point = float(k * parts + part);

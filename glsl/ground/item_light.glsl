@@ -39,7 +39,7 @@ vec3 irradiance_on(Surface s, inout vec4 toward) {
             toward += brightest(lit) * vec4(to.direction, 1.0);
         }
     }
-    vec2 random = surface_random();
+    vec2 random = place_random(s.position);
     for (uint i = 0u; i < lamp_points(); i++) {
         LampPoint to = sample_lamp(i, s.position, s.normal, random);
         if (any(greaterThan(to.irradiance, vec3(0.0)))) {
@@ -132,7 +132,6 @@ vec3 light_side(Surface s, uvec3 voxel, uint place) {
 // of the lists' own grid, as `voxel` is.
 ItemLight light_item(uint index, uint triangle, mat3 corners, uvec3 voxel) {
     Triangle t = triangles[triangle];
-    random_seed = uvec4(voxel, t.material);
     Attributes attributes = attributes_of(triangle);
     COUNT(LIST_ITEMS, 1u);
     COUNT(TRIANGLES, 1u);

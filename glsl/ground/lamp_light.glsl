@@ -10,7 +10,7 @@ struct LampLight {
 };
 
 LampLight lamp_light(Surface s, vec3 view) {
-    vec2 random = surface_random();
+    vec2 random = place_random(s.position);
     LampLight sum = LampLight(vec3(0.0), vec3(0.0));
     vec3 over = vec3(0.0);
     for (uint i = 0u; i < lamp_points(); i++) {

@@ -82,7 +82,6 @@ Arguments evaluate(Arguments x) {
         light.kind = LIGHT_POINT;
         light.position = x.b.xyz;
         light.radius = 0.0;
-        random_seed.x = uint(x.a.w);
         y.a.x = method_shadow(light, sample_light(light, x.a.xyz, 1.0), x.a.xyz, x.c.xyz);
     } else if (FUNCTION == 16u) {
         ItemLobe lobe = unpack_item_lobe(pack_item_lobe(ItemLobe(x.a.xyz, x.a.w, x.b.xyz, x.b.w)));

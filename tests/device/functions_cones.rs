@@ -144,12 +144,13 @@ fn printed_shadow_cones_start_at_random_shares_of_a_step() {
         let settings = Settings { voxels: EDGE, ..settings };
         let own = &settings.of.cones;
         let to = |i: usize| rays[(i + 1) % rays.len()].0;
-        let input = |i: usize| Arguments::of(rays[i].0.extend(i as f32), to(i).extend(0.0), rays[i].1.extend(0.0));
+        let input = |i: usize| Arguments::of(rays[i].0.extend(0.0), to(i).extend(0.0), rays[i].1.extend(0.0));
         let inputs: Vec<_> = (0..rays.len()).map(input).collect();
         let (mut moved, mut mean) = (0, 0.0);
         for (i, out) in gpu.evaluate(Function::MethodShadow, &inputs, &settings).iter().enumerate() {
             let (from, normal) = rays[i];
-            let share = jitter([i as u32, 0, 0, 0]);
+            let [x, y, z] = std::array::from_fn(|k| from[k].to_bits() ^ normal[k].to_bits() ^ to(i)[k].to_bits());
+            let share = jitter([x, y, z, 0]);
             let twin = |share| {
                 let aperture = 5f32.to_radians().tan();
                 cone::trace_shadow_cone(&volume, from / edge, normal, to(i) / edge, aperture, share, own)

@@ -2,7 +2,7 @@
 
 #include "common/jitter.glsl"
 #include "ground/interleave.glsl"
-#include "ground/surface_random.glsl"
+#include "ground/place_random.glsl"
 #include "common/refraction.glsl"
 #include "ground/lights.glsl"
 #include "ground/brdf.glsl"
@@ -27,9 +27,10 @@ float method_shadow(Light light, LightSample to, vec3 position, vec3 normal) {
                                                   : light.radius / distance;
     float start = cones.shadow_start_along;
     if ((JITTER & 2u) != 0u) {
-        // A share of the step that a cone of one voxel takes, by place, time and pass over the image (D9).
-        uvec4 seed = uvec4(random_seed.xyz, random_seed.w ^ frame.turn);
-        start += cones.shadow_step * fract(jitter_hash(seed) + pass_shift().x);
+        // A share of the step that a cone of one voxel takes, by place, side, light, time and pass over the image (D9).
+        uvec3 place = floatBitsToUint(position) ^ floatBitsToUint(normal)
+            ^ floatBitsToUint(far ? light.direction : light.position);
+        start += cones.shadow_step * fract(jitter_hash(uvec4(place, frame.turn)) + pass_shift().x);
     }
     return trace_shadow_cone(from, d, distance, aperture, start, cones.shadow_step, cones.shadow_end);
 }

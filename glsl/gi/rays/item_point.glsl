@@ -2,7 +2,7 @@
 
 #include "common/clip.glsl"
 #include "common/count.glsl"
-#include "ground/surface_random.glsl"
+#include "ground/place_random.glsl"
 #include "ground/on_plane.glsl"
 #include "ground/boxes.glsl"
 #include "gi/rays/sees.glsl"

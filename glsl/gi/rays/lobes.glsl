@@ -2,7 +2,7 @@
 
 #include "common/directions.glsl"
 #include "common/lobe.glsl"
-#include "ground/surface_random.glsl"
+#include "ground/place_random.glsl"
 #include "ground/brdf.glsl"
 #include "ground/sky.glsl"
 #include "gi/rays/ray_light.glsl"
@@ -176,7 +176,7 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
         alphas = vec2(s.finish.along, max(s.finish.across, MIN_ALPHA));
     }
     vec3 v = view * basis;
-    vec2 shift = surface_random();
+    vec2 shift = place_random(s.position);
     float strongest = by_rays * brightest(lobes.specular);
     uint mirrored = mirrors ? lobe_ray_count(alpha, inside ? 1.0 : strongest) : 0u;
     uint transmitted = transmits ? lobe_ray_count(alpha, s.transmission) : 0u;

@@ -1,7 +1,7 @@
 // Method `rays`: exact rays find what list items send.
 
 #include "ground/interleave.glsl"
-#include "ground/surface_random.glsl"
+#include "ground/place_random.glsl"
 #include "gi/rays/lobes.glsl"
 #include "ground/lamp_light.glsl"
 
@@ -60,7 +60,7 @@ vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, out vec3 mirrored) {
 // One ray of the lobe about the normal.
 vec3 look_up_specular(Surface s) {
     float alpha = s.roughness * s.roughness;
-    vec2 u = fract(interleaved_shift(random_seed.xyz) + pass_shift());
+    vec2 u = fract(interleaved_shift(uvec3(s.position)) + pass_shift());
     vec3 h = alpha < MIN_ALPHA ? vec3(0.0, 0.0, 1.0) : visible_normal(alpha, vec3(0.0, 0.0, 1.0), u);
     vec3 d = above_facet(tangent_frame(s.normal) * (2.0 * h.z * h - vec3(0.0, 0.0, 1.0)), s.facet);
     vec3 through;

@@ -84,7 +84,6 @@ void main() {
     for (uint i = 0u; i < min(id, 1u); i++) {
         uint triangle = (id - 1u) / 2u;
         Triangle t = triangles[triangle];
-        random_seed = uvec4(place, t.material);
         Attributes attributes = attributes_of(triangle);
         COUNT(TRIANGLES, 1u);
         COUNT(MATERIALS, 1u);

@@ -55,7 +55,6 @@ void main() {
     }
     float depth = texelFetch(given_depth, at, 0).r;
     bool there = depth > 0.0 && depth < FAR && any(notEqual(texelFetch(given_normal, at, 0).xyz, vec3(0.0)));
-    random_seed = uvec4(at, 0u, 0u);
     Surface s = given_surface(at, there ? depth : 1.0);
     vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
     vec3 direct = vec3(0.0);

@@ -64,7 +64,6 @@ float normal_bend(Attributes attributes, PlaceOnTriangle at) {
 // middle of these, which lies in the triangle as well.
 Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
     Triangle t = triangles[triangle];
-    random_seed = uvec4(pixel, 1u, t.material);
     Attributes attributes = attributes_of(triangle);
     COUNT(TRIANGLES, 1u);
     vec3 a = t.corners[0];

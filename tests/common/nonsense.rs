@@ -1,4 +1,4 @@
-//! Scenes, settings and frames whose public fields hold what makes no sense: each is refused in a sentence, or is rendered.
+//! Scenes, settings and frames with values in public fields that make no sense: each is refused in a sentence, or is rendered.
 #![allow(dead_code)]
 
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use twobounce::settings::Settings;
 
 use crate::random::Random;
 
-/// What makes no sense, by chance.
+/// Values that make no sense, chosen by chance: the same for the same seed.
 pub struct Chance(Random);
 
 impl Chance {

@@ -1,4 +1,4 @@
-//! What holds nonsense is refused, or a frame is made of it: no panic, and no message of the validation layer.
+//! Nonsense in public fields is refused, or a frame is made of it: no panic, and no message of the validation layer.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;

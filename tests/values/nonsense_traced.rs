@@ -1,4 +1,4 @@
-//! What holds nonsense is refused, or the path tracer makes an image of it: it never panics.
+//! Nonsense in public fields is refused, or the path tracer makes an image of it: it never panics.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;

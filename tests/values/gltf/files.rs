@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use glam::DVec3;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use twobounce::scene::{LoadOptions, Scene};
@@ -150,4 +151,18 @@ pub fn png(width: u32, height: u32, rgba: &[u8]) -> Vec<u8> {
     let mut out = std::io::Cursor::new(Vec::new());
     image.write_to(&mut out, image::ImageFormat::Png).unwrap();
     out.into_inner()
+}
+
+/// World positions of all vertices, in the order of meshes and indices.
+pub fn corners(scene: &Scene) -> Vec<DVec3> {
+    let pose = scene.pose(None, 0.0);
+    let of_instance = |(instance, world): (&twobounce::scene::Instance, &glam::DAffine3)| {
+        let mesh = &scene.meshes[instance.mesh];
+        mesh.indices.iter().map(|&i| world.transform_point3(mesh.positions[i as usize].as_dvec3())).collect::<Vec<_>>()
+    };
+    scene.instances.iter().zip(&pose.world_from_instance).flat_map(of_instance).collect()
+}
+
+pub fn assert_near(a: DVec3, b: DVec3, tolerance: f64) {
+    assert!((a - b).length() <= tolerance, "{a} is not {b}");
 }

@@ -1,79 +1,9 @@
 //! Features of glTF 2.0: one small file made in code per feature, checked against values computed by hand.
 
-use std::f64::consts::FRAC_1_SQRT_2;
-
-use super::files::{F32, File, I8, I16, U8, U16, U32, load_bytes, png, write};
+use super::files::{F32, File, I8, I16, U8, U16, U32, assert_near, corners, load_bytes, png, write};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde_json::json;
 use twobounce::scene::{LightKind, LoadOptions, Mip, Projection, Scene, Wrap};
-
-/// World positions of all vertices, in the order of meshes and indices.
-fn corners(scene: &Scene) -> Vec<DVec3> {
-    let pose = scene.pose(None, 0.0);
-    let of_instance = |(instance, world): (&twobounce::scene::Instance, &glam::DAffine3)| {
-        let mesh = &scene.meshes[instance.mesh];
-        mesh.indices.iter().map(|&i| world.transform_point3(mesh.positions[i as usize].as_dvec3())).collect::<Vec<_>>()
-    };
-    scene.instances.iter().zip(&pose.world_from_instance).flat_map(of_instance).collect()
-}
-
-fn assert_near(a: DVec3, b: DVec3, tolerance: f64) {
-    assert!((a - b).length() <= tolerance, "{a} is not {b}");
-}
-
-#[test]
-fn node_transforms_keep_f64() {
-    let mut file = File::triangle();
-    file.json["nodes"][0]["translation"] = json!([10000000.25, -0.1, 3.0]);
-    assert_eq!(corners(&file.scene())[0], DVec3::new(10000000.25, -0.1, 3.0));
-}
-
-#[test]
-fn parents_come_before_children_whatever_the_file_order() {
-    let mut file = File::triangle();
-    let child = json!({"mesh": 0, "translation": [0.0, 0.0, 1.0]});
-    file.json["nodes"][0] = child;
-    let parent =
-        json!({"children": [0], "scale": [-2.0, 2.0, 2.0], "rotation": [0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2]});
-    file.push("nodes", parent);
-    file.json["scenes"][0]["nodes"] = json!([1]);
-    let scene = file.scene();
-    assert!(scene.nodes.iter().enumerate().all(|(i, n)| n.parent.is_none_or(|p| p < i)));
-    // The mirrored scale maps x = 1 to −2; the quarter rotation around z maps that to y = −2.
-    assert_near(corners(&scene)[1], DVec3::new(0.0, -2.0, 2.0), 1e-12);
-    assert!(scene.pose(None, 0.0).world_from_instance[0].matrix3.determinant() < 0.0);
-}
-
-#[test]
-fn nodes_that_share_a_mesh_share_its_triangles() {
-    let mut file = File::triangle();
-    file.node(json!({"mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1]}));
-    let scene = file.scene();
-    assert_eq!((scene.meshes.len(), scene.instances.len(), scene.triangle_count()), (1, 2, 2));
-    assert_eq!(corners(&scene)[3], DVec3::new(5.0, 0.0, 0.0));
-}
-
-#[test]
-fn scenes_are_chosen_by_name_index_or_default() {
-    let mut file = File::triangle();
-    file.push("scenes", json!({"name": "empty", "nodes": []}));
-    let (_folder, path) = write("scene.glb", &file.glb());
-    let triangles = |scene: Option<&str>| {
-        let options = LoadOptions { scene: scene.map(str::to_string), ..LoadOptions::default() };
-        Scene::load(&path, &options).map(|s| s.triangle_count()).map_err(|e| e.to_string())
-    };
-    assert_eq!(triangles(None), Ok(1));
-    assert_eq!(triangles(Some("empty")), Ok(0));
-    assert_eq!(triangles(Some("1")), Ok(0));
-    let refused = triangles(Some("emty")).unwrap_err();
-    assert!(refused.contains("--scene") && refused.contains("1 \"empty\""), "{refused}");
-
-    file.json["scenes"] = json!([]);
-    file.json.as_object_mut().unwrap().remove("scene");
-    let scene = file.scene();
-    assert_eq!(scene.triangle_count(), 1);
-    assert!(scene.warnings[0].contains("no scene"));
-}
 
 #[test]
 fn every_index_width_and_triangle_mode_is_read() {
@@ -422,32 +352,4 @@ fn repairable_attributes_are_repaired_with_a_warning() {
     let mesh = &scene.meshes[0];
     assert_eq!((&mesh.normals[..], mesh.uvs[0][0], mesh.colors[0]), (&[Vec3::Z; 4][..], Vec2::ZERO, Vec4::ONE));
     assert_eq!(scene.warnings.len(), 3);
-}
-
-/// KHR_node_visibility hides meshes and lights at a node and below it, and neither cameras nor joints.
-#[test]
-fn hidden_nodes_show_nothing() {
-    let hidden = json!({"KHR_node_visibility": {"visible": false}});
-    let shown = json!({"KHR_node_visibility": {"visible": true}});
-    let mut file = File::triangle();
-    file.json["extensionsUsed"] = json!(["KHR_node_visibility", "KHR_lights_punctual"]);
-    file.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point"}]}});
-    file.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}}));
-    let light = json!({"KHR_lights_punctual": {"light": 0}});
-    let lamp = file.push("nodes", json!({"extensions": light}));
-    // A shown node below a hidden node is hidden.
-    let child = file.push("nodes", json!({"mesh": 0, "camera": 0, "extensions": shown, "children": [lamp]}));
-    let parent = file.node(json!({"children": [child], "extensions": hidden}));
-    let instanced = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}, "KHR_node_visibility": {"visible": false}});
-    file.node(json!({"mesh": 0, "extensions": instanced}));
-    let counts = |file: &File| {
-        let scene = file.scene();
-        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
-        (scene.instances.len(), scene.lights.len(), scene.cameras.len())
-    };
-    assert_eq!(counts(&file), (1, 0, 1));
-    for seen in [json!({}), json!({"KHR_node_visibility": {}}), shown] {
-        file.json["nodes"][parent]["extensions"] = seen;
-        assert_eq!(counts(&file), (2, 1, 1));
-    }
 }

@@ -7,5 +7,6 @@ mod folders;
 mod instanced;
 mod load;
 mod materials;
+mod nodes;
 mod textures;
 mod tolerance;

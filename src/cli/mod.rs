@@ -9,6 +9,7 @@ mod blank;
 mod chart;
 mod compare;
 mod demo;
+mod driver_cache;
 mod info;
 mod interrupt;
 mod lab;
@@ -101,6 +102,7 @@ enum Command {
 /// Parses and runs the command line, reports an error, and says how it ended.
 pub fn main() -> ExitCode {
     limits::begin();
+    driver_cache::separate_widths();
     out::init_log();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,

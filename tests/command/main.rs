@@ -10,6 +10,7 @@ mod chart;
 mod chart_others;
 mod chart_rounds;
 mod demo;
+mod driver_cache;
 mod host_example;
 #[cfg(target_os = "linux")]
 mod limits;

@@ -102,8 +102,21 @@ mod imp {
     }
 
     pub(super) fn exit(code: i32) -> ! {
+        #[cfg(target_os = "linux")]
+        raise_priorities();
         // SAFETY: output is not buffered. Handlers at exit would run beside a driver's threads.
         unsafe { libc::_exit(code) }
+    }
+
+    /// A process ends when each of its threads has run once more, and a thread of Mesa's shader cache has the lowest priority. Does
+    /// nothing where the user may not raise it.
+    #[cfg(target_os = "linux")]
+    fn raise_priorities() {
+        let threads = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
+        for thread in threads.filter_map(|entry| entry.file_name().to_str()?.parse::<libc::id_t>().ok()) {
+            // SAFETY: the call takes numbers alone.
+            unsafe { libc::setpriority(libc::PRIO_PROCESS, thread, 0) };
+        }
     }
 }
 

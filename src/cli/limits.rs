@@ -1,8 +1,12 @@
 //! Limits of the system at which it would end the program: it ends by itself instead, with a sentence and exit code 2.
 
+/// The least stack that the program is run with, bytes; parsing the command line alone takes more than 64 KiB.
+#[cfg(unix)]
+const STACK: libc::rlim_t = 1 << 20;
+
 /// From now on a file that grows beyond `ulimit -f` is an error of its writer, and no signal; and where addresses are limited, threads
-/// share a heap: each would take 64 MiB of them for its own. Called before threads are started.
-pub fn begin() {
+/// share a heap: each would take 64 MiB of them for its own. Called before threads are started. An error where the stack is too small.
+pub fn begin() -> Result<(), &'static str> {
     // SAFETY: the signal is ignored, so that no code runs in it; the other call takes numbers alone.
     #[cfg(unix)]
     unsafe {
@@ -12,6 +16,15 @@ pub fn begin() {
             libc::mallopt(libc::M_ARENA_MAX, 1);
         }
     }
+    #[cfg(unix)]
+    {
+        let mut stack = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
+        // SAFETY: the pointer is valid.
+        if unsafe { libc::getrlimit(libc::RLIMIT_STACK, &raw mut stack) } == 0 && stack.rlim_cur < STACK {
+            return Err("the limit on the stack is below 1024 KiB: raise ulimit -s");
+        }
+    }
+    Ok(())
 }
 
 #[cfg(unix)]

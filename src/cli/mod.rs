@@ -101,7 +101,10 @@ enum Command {
 
 /// Parses and runs the command line, reports an error, and says how it ended.
 pub fn main() -> ExitCode {
-    limits::begin();
+    if let Err(words) = limits::begin() {
+        out::warn(words);
+        return ExitCode::from(2);
+    }
     driver_cache::separate_widths();
     out::init_log();
     let cli = match Cli::try_parse() {
@@ -154,6 +157,11 @@ fn ends(text: &str, most: usize) -> String {
 
 /// Runs one subcommand; the exit code of a command that did not fail.
 fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
+    use Command::{Compare, Completions, Info, Man, Settings};
+    // These are run for what they print.
+    if matches!(cli.command, Compare(_) | Completions(_) | Info(_) | Man(_) | Settings(_)) {
+        out::check_open()?;
+    }
     match &cli.command {
         Command::Ledger(args) => ledger::run(args),
         Command::MakeAssets(args) => make_assets::run(args),

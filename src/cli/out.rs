@@ -12,6 +12,7 @@ use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
 use tracing_subscriber::registry::LookupSpan;
 use twobounce::output::file;
+use twobounce::{Error, Result};
 
 use super::line;
 pub use super::line::be_quiet;
@@ -27,9 +28,13 @@ pub fn leave_to(files: &[Option<&PathBuf>]) {
     GIVEN_AWAY.store(files.iter().flatten().any(|path| file::is_standard(path)), Ordering::Relaxed);
 }
 
-/// Whether standard output could not be written when the program began.
-pub fn is_closed() -> bool {
-    CLOSED.load(Ordering::Relaxed)
+/// An error where standard output could not be written when the program began.
+pub fn check_open() -> Result<()> {
+    if CLOSED.load(Ordering::Relaxed) {
+        let words = "standard output is closed; send it to a file or a program, or name a file";
+        return Err(Error::Usage(words.into()));
+    }
+    Ok(())
 }
 
 static CLOSED: AtomicBool = AtomicBool::new(false);

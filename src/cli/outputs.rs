@@ -23,10 +23,8 @@ pub fn check(inputs: &[Option<&PathBuf>], outputs: &[Option<&PathBuf>]) -> Resul
         if !standard && is_among(inputs) {
             return Err(Error::file(output, "is read and written by the same command; name another output"));
         }
-        if standard && super::out::is_closed() {
-            return Err(Error::Usage(
-                "standard output is closed; send it to a file or a program, or name a file".into(),
-            ));
+        if standard {
+            super::out::check_open()?;
         }
         // A pipe or a device takes several.
         if is_among(&outputs[..i]) && (output.is_file() || !output.exists()) {

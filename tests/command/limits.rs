@@ -152,6 +152,18 @@ fn a_file_that_may_not_grow_is_said_and_leaves_nothing() {
 }
 
 #[test]
+fn too_small_a_stack_is_said() {
+    let folder = Folder::with_box("box.glb");
+    for args in [&RENDER[..], &REFERENCE, &["--help"]] {
+        for kib in [64, 512] {
+            let said = refusal(&after(&format!("ulimit -s {kib}"), &folder, args), &format!("{args:?} with {kib}"));
+            assert!(said.is_some_and(|said| said.contains("ulimit -s")), "{args:?} with {kib}");
+        }
+    }
+    assert_eq!(refusal(&after("ulimit -s 1024", &folder, &RENDER), "1024 KiB"), None);
+}
+
+#[test]
 fn nothing_is_made_for_a_standard_output_that_is_closed() {
     let folder = Folder::with_box("box.glb");
     folder.done(&RENDER);
@@ -164,6 +176,10 @@ fn nothing_is_made_for_a_standard_output_that_is_closed() {
             assert!(said.is_some_and(|said| said.contains("standard output is closed")), "{args:?} after {line}");
         }
         assert_eq!(refusal(&after("exec >/dev/null", &folder, &args), &format!("{args:?}")), None);
+    }
+    for args in [&["settings"][..], &["info"], &["compare", "a.exr", "a.exr"], &["completions", "bash"], &["man"]] {
+        let said = refusal(&after("exec >&-", &folder, args), &format!("{args:?}"));
+        assert!(said.is_some_and(|said| said.contains("standard output is closed")), "{args:?}");
     }
     // Other messages on standard output may be lost.
     assert_eq!(refusal(&after("exec >&-", &folder, &RENDER), "an image in a file"), None);

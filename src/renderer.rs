@@ -89,6 +89,15 @@ pub struct FrameReport {
     pub cpu_ms: Option<f64>,
 }
 
+impl FrameReport {
+    /// Of this image and a further pass over it, `next`, whose noise is the mean's.
+    #[must_use]
+    pub fn then(self, next: Self) -> Self {
+        let timings = self.timings.then(next.timings);
+        Self { repeats: self.repeats + next.repeats, settling: self.settling, timings, cpu_ms: None, ..next }
+    }
+}
+
 pub struct Renderer {
     context: Arc<Context>,
     scene: Scene,

@@ -24,6 +24,7 @@ mod plan;
 mod profile;
 mod progress;
 mod reference;
+mod refine;
 mod render;
 mod report;
 mod scene;

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::time::Instant;
 
 use clap::Args;
 use twobounce::ground::finish::approximated;
@@ -16,8 +17,8 @@ use twobounce::output::exr::Metadata;
 use twobounce::output::file;
 use twobounce::output::png::automatic_exposure;
 use twobounce::profile::{Run, WARM_UP};
-use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::{Still, View};
+use twobounce::renderer::{FrameReport, RenderOptions, Renderer};
+use twobounce::scene::{Pose, Still, View};
 use twobounce::settings::{Bounces, Settings};
 use twobounce::stability::warnings::known_failures;
 use twobounce::vk::Context;
@@ -27,6 +28,7 @@ use super::args::{Frames, RunArgs, SceneArgs, SettingsArgs, aov, frames, number}
 use super::blank::{sky_shown, why_blank};
 use super::outputs::{self, ImageFiles};
 use super::progress::{FrameProgress, Work};
+use super::refine::{RefineArgs, Refinement};
 use super::report::{self, RenderReport};
 use super::scene::Shot;
 use super::share::{self, Parts};
@@ -74,6 +76,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FACTOR", requires = "frames", default_value_t = 1.0, allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n != 0.0, "write a factor, finite and not 0"))]
     pub speed: f64,
+    #[command(flatten)]
+    pub refine: RefineArgs,
     /// Print what each pass took, and what memory is taken
     #[arg(long)]
     pub timings: bool,
@@ -95,6 +99,7 @@ pub struct RenderArgs {
 
 /// Renders what the arguments ask for.
 pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
+    let began = Instant::now();
     out::be_quiet(args.quiet);
     let settings = args.settings.effective()?;
     args.scene.check()?;
@@ -113,7 +118,6 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let header = opened.header([
         ("writer", format!("twobounce {} render", env!("CARGO_PKG_VERSION"))),
         ("method", settings.method.name().to_owned()),
-        ("settings", settings.to_toml()),
         (terms::HEADER, terms::changes(&settings).join(" ")),
         ("device", context.name.clone()),
         ("driver", context.driver.clone()),
@@ -135,14 +139,18 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         out::warn(&format!("note: {}: {note} (docs/materials.md)", opened.scene.name));
     }
     let work = Work::begin(&format!("{}: {doing}", opened.scene.name));
-    let renderer = Renderer::new(&context, opened.scene, &pose, settings, options)?;
+    let size = options.size;
+    let renderer = Renderer::new(&context, opened.scene, &pose, settings.clone(), options)?;
     report::say_compiled(&context);
     let timed = args.timings || args.json.is_some() || args.trace.is_some() || args.repeat > 1;
     let warm_up = if timed { WARM_UP } else { 0 };
     let timings = Timings::new(warm_up as usize);
+    let refinement = Refinement::new(&args.refine, !timed && args.frames.is_none(), &settings, began);
     let shot = opened.shot;
     let frames = FrameProgress::new(work, warm_up + args.frames.map_or(args.repeat, Frames::count));
-    let mut session = Session { args, files, context: &context, renderer, shot, header, report, timings, frames };
+    let context = &context;
+    let mut session =
+        Session { args, files, context, renderer, size, settings, shot, header, report, timings, frames, refinement };
     if args.timings || args.verbose {
         say!("memory plan:\n{}", session.renderer.plan());
         say!("  {:<24} {:>10.2} MiB", "allocated by the driver", mib(context.allocated_bytes()));
@@ -216,12 +224,15 @@ struct Session<'a> {
     files: ImageFiles,
     context: &'a Arc<Context>,
     renderer: Renderer,
+    size: (u32, u32),
+    settings: Settings,
     shot: Shot,
     header: Metadata,
     /// Its exposure is the one asked for, or the one that the first image of a sequence chooses for all of them.
     report: RenderReport,
     timings: Timings,
     frames: FrameProgress,
+    refinement: Option<Refinement>,
 }
 
 impl Session<'_> {
@@ -233,9 +244,37 @@ impl Session<'_> {
             self.renderer.make_anew();
         }
         let (pose, view) = self.shot.at(self.renderer.scene(), later_s);
-        self.timings.push(self.renderer.render(&pose, &view)?);
+        let report = self.renderer.render(&pose, &view)?;
+        let report = self.refined(report, &pose, &view)?;
+        self.timings.push(report);
         self.frames.finish();
         interrupt::check()
+    }
+
+    /// Adds passes to the image until it is good, and says how good it is. Frames of a benchmark to come are warmed up without.
+    fn refined(&mut self, mut report: FrameReport, pose: &Pose, view: &View) -> Result<FrameReport> {
+        let Some(refinement) = &mut self.refinement else { return Ok(report) };
+        refinement.begin();
+        while refinement.lacks(self.renderer.passes(), &report) {
+            let scene = self.renderer.scene();
+            let still = Still::new(scene, pose, view);
+            let file = self.args.scene.path.display().to_string();
+            if let Some(words) = refinement.compare(still, self.size, &self.settings, &file)? {
+                out::warn(&format!("note: {}: {words}", scene.name));
+            }
+            let passes = (self.renderer.passes(), refinement.needed());
+            self.frames.adds_a_pass(&scene.name, self.renderer.bands(), passes);
+            interrupt::check()?;
+            report = report.then(self.renderer.refine(pose, view)?);
+        }
+        self.settings.image.passes = self.renderer.passes();
+        let (words, is_short) = refinement.result();
+        if is_short {
+            out::warn(&format!("note: {}: {words}", self.renderer.scene().name));
+        } else {
+            say!("{words}");
+        }
+        Ok(report)
     }
 
     /// The exposure of every frame is the one that frame 0 chooses, also for those who render others.
@@ -285,6 +324,7 @@ impl Session<'_> {
             image.write_png(&path, ev)?;
         } else {
             self.header.insert("time".into(), self.shot.time_s(later_s).to_string());
+            self.header.insert("settings".into(), self.settings.to_toml());
             image.write_exr(&path, &self.header)?;
         }
         say!("wrote {}", out::name(&path));
@@ -294,6 +334,10 @@ impl Session<'_> {
     /// The counters, and the table, the JSON and the trace as far as they were asked for.
     fn finish(mut self) -> Result<()> {
         out::write(&report::counters_text(&self.timings));
+        let noise = self.timings.all().last().and_then(|frame| frame.noise);
+        if let (None, Some(noise)) = (&self.refinement, noise) {
+            say!("noise of the image, by its passes: {:.2} %", 100.0 * noise);
+        }
         if self.args.timings {
             out::write(&self.timings.table());
         }
@@ -303,6 +347,7 @@ impl Session<'_> {
         }
         if let Some(path) = &self.args.json {
             let (plan, allocated_bytes) = (self.renderer.plan(), self.context.allocated_bytes());
+            self.report.settings = self.settings;
             self.report.add(&Run { timings: self.timings, plan, allocated_bytes });
             file::write_json(path, &self.report)?;
         }

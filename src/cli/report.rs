@@ -41,7 +41,8 @@ pub struct RenderReport {
     memory: Value,
     scene: Value,
     method: &'static str,
-    settings: Settings,
+    /// As many passes over the image as were made included.
+    pub settings: Settings,
     /// Exposure of a .png in stops; null for an .exr.
     pub exposure_ev: Option<f32>,
 }
@@ -120,9 +121,6 @@ pub fn counters_text(timings: &Timings) -> String {
     );
     if count("frames_repeated") > 0 {
         text += &format!("frames repeated because a buffer had to grow: {}\n", count("frames_repeated"));
-    }
-    if let Some(noise) = timings.all().last().and_then(|frame| frame.noise) {
-        text += &format!("noise of the image, by its passes: {:.2} %\n", 100.0 * noise);
     }
     text
 }

@@ -23,9 +23,7 @@ impl Renderer {
         }
         let mut report = self.render_now(pose, view)?;
         for _ in 1..self.settings.image.passes {
-            let next = self.refine(pose, view)?;
-            let timings = report.timings.then(next.timings);
-            report = FrameReport { repeats: report.repeats + next.repeats, timings, ..next };
+            report = report.then(self.refine(pose, view)?);
         }
         let cpu_ms = vk::process_cpu_ms().zip(before).map(|(after, before)| after - before);
         Ok(FrameReport { repeats: repeats + report.repeats, settling, cpu_ms, ..report })

@@ -20,6 +20,7 @@ mod outputs;
 mod plan;
 mod profile;
 mod reference_cli;
+mod refine;
 mod render;
 mod same_bits;
 mod shell;

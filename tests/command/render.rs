@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 use crate::cli_common::{folder, names};
 use twobounce::layers::{Aov, Layers};
 
-/// Small enough for a CPU device.
-const SMALL: [&str; 6] = ["--size", "24x16", "--set", "voxels=16", "--set", "image.samples=1"];
+/// Small enough for a CPU device, and one pass over the image.
+const SMALL: [&str; 7] = ["--size", "24x16", "--set", "voxels=16", "--set", "image.samples=1", "--noise=off"];
 
 fn command(folder: &Path, args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));

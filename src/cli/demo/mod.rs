@@ -9,6 +9,7 @@ use clap::Args;
 use twobounce::assets::DEMO_S;
 
 use super::args::{Frames, Loop, RunArgs, SceneArgs, SettingsArgs, number, size};
+use super::refine::RefineArgs;
 use super::render::{self, RenderArgs};
 use super::scene::DEMO;
 
@@ -72,6 +73,7 @@ fn images(args: &DemoArgs, scene: SceneArgs, output: &Path, frames: u32) -> Rend
         list: None,
         fps: args.fps,
         speed: 1.0,
+        refine: RefineArgs::default(),
         timings: false,
         verbose: false,
         quiet: false,

@@ -50,7 +50,8 @@ impl App {
         ]);
         words.extend(changed(&self.panel.preset, &settings).into_iter().map(|set| format!("--set={set}")));
         let exposure = self.panel.choice.exposure.or(self.frame.as_ref().map(|frame| frame.exposure_ev));
-        words.extend([format!("--exposure={}", exposure.unwrap_or(0.0)), "-o".into(), "image.png".into()]);
+        words.extend(["--noise=off".into(), format!("--exposure={}", exposure.unwrap_or(0.0))]);
+        words.extend(["-o".into(), "image.png".into()]);
         words::line(&words)
     }
 

@@ -3,15 +3,13 @@
 //! The sums are estimates from above, for loading and for the copies that rendering makes: small files can describe scenes
 //! that no machine holds, and a program that runs out of memory is killed without a word.
 
-use std::collections::HashSet;
-
 use gltf::json;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked::Valid;
 
 use super::accessor::Problem;
 use super::document::{Document, Node, size};
-use super::{draco, instancing};
+use super::{deform, draco, instancing};
 use crate::memory::{Limit, apart};
 
 /// Kind of thing that takes the memory.
@@ -172,9 +170,7 @@ impl Need {
         let sizes: Vec<MeshSize> = document.meshes.iter().map(|mesh| MeshSize::new(document, mesh)).collect();
         let mut loaded = vec![false; sizes.len()];
         let (mut read, mut packed) = (0, 0);
-        let channels = document.animations.iter().flat_map(|animation| &animation.channels);
-        let weights = channels.filter(|channel| channel.target.path == "weights");
-        let morphed: HashSet<usize> = weights.filter_map(|channel| channel.target.node).collect();
+        let morphed = deform::morphed(document);
         for (index, node) in shown.iter().map(|&index| (index, &document.nodes[index])) {
             let Some((mesh, size)) = node.mesh.and_then(|mesh| Some((mesh, sizes.get(mesh)?))) else { continue };
             let times = instancing::count(document, node);

@@ -409,16 +409,25 @@ impl MemoryCheck {
         let packed = ScenePacked::with(desc.scene, pose, trees.clone());
         packed.check_textures(context)?;
         let fixed = [packed.plan().as_slice(), more].concat();
-        self.check_first(desc, &trees, &fixed)?;
+        self.check_trees(desc, &trees, &fixed, &plan)?;
         Ok((packed, fixed))
     }
 
     /// Refuses what a new frame takes beyond what `fixed` names, before anything is uploaded, and most of it before trees are made.
     pub fn check_first(&self, desc: &FrameDesc, trees: &TreesOnce, fixed: &[MemoryRow]) -> Result<()> {
-        let plan = first_plan(desc, trees);
-        self.check(desc.settings.voxels, fixed, &plan)?;
+        self.check_trees(desc, trees, fixed, &first_plan(desc, trees))
+    }
+
+    fn check_trees(
+        &self,
+        desc: &FrameDesc,
+        trees: &TreesOnce,
+        fixed: &[MemoryRow],
+        plan: &impl Fn(u32) -> Vec<MemoryRow>,
+    ) -> Result<()> {
+        self.check(desc.settings.voxels, fixed, plan)?;
         make_trees(desc, trees);
-        self.check(desc.settings.voxels, fixed, &plan)
+        self.check(desc.settings.voxels, fixed, plan)
     }
 
     /// Refuses a grid of edge `voxels` whose resources exceed the limit or what the device binds at once. `fixed`: those that do not

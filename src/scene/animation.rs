@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DQuat, DVec3, DVec4};
 
+use super::deform::DeformPose;
 use super::gltf::list;
 use super::{
     Channel, Instance, Interpolation, Node, Playback, Pose, PosedLight, Property, Scene, Transform, WeightChannel,
@@ -24,11 +25,29 @@ impl Scene {
 
     /// The pose at `time_s` seconds of all that plays. Node transforms, skins and weights of morph targets are those of one time.
     pub fn pose_of(&self, playback: &Playback, time_s: f64) -> Pose {
-        self.pose_instances(playback, time_s, &self.instances)
+        self.at_moment(playback, time_s, |world, deforms| {
+            let light = |node: usize| {
+                let place = world.of(node);
+                let direction = place.matrix3.z_axis.try_normalize().map_or(DVec3::NEG_Z, |z| -z);
+                PosedLight { position: place.translation, direction }
+            };
+            Pose {
+                world_from_instance: self.instances.iter().map(|i| self.place(i, world)).collect(),
+                lights: self.lights.iter().map(|l| light(l.node)).collect(),
+                world_from_camera: self.cameras.iter().map(|c| world.of(c.node)).collect(),
+                deforms,
+                time_s,
+            }
+        })
     }
 
-    /// As [`Self::pose_of`], with `instances` in the places of the scene's.
-    pub(super) fn pose_instances(&self, playback: &Playback, time_s: f64, instances: &[Instance]) -> Pose {
+    /// Gives `then` the places of nodes at `time_s` seconds of all that plays, and the states of deformers.
+    pub(super) fn at_moment<T>(
+        &self,
+        playback: &Playback,
+        time_s: f64,
+        then: impl FnOnce(&World, Vec<DeformPose>) -> T,
+    ) -> T {
         let playing = || playback.animations.iter().filter_map(|&a| self.animations.get(a));
         let moved = playing().flat_map(|animation| &animation.channels).map(|channel| channel.node + 1).max();
         let mut locals: Vec<Transform> = self.nodes[..moved.unwrap_or(0)].iter().map(|n| n.local).collect();
@@ -44,24 +63,12 @@ impl Scene {
         let joints = self.deformers.iter().flat_map(|d| d.joints.iter().map(|joint| joint.node).chain([d.node]));
         let asked = parents.chain(joints).max().map_or(0, |last| last + 1);
         let world = World::new(&self.nodes, &locals, asked);
-        let light = |node: usize| {
-            let place = world.of(node);
-            let direction = place.matrix3.z_axis.try_normalize().map_or(DVec3::NEG_Z, |z| -z);
-            PosedLight { position: place.translation, direction }
-        };
-        let deforms =
-            self.deformers.iter().zip(weights).map(|(deformer, weights)| deformer.pose(&world.inner, weights));
-        Pose {
-            world_from_instance: instances.iter().map(|i| self.place(i, &world)).collect(),
-            lights: self.lights.iter().map(|l| light(l.node)).collect(),
-            world_from_camera: self.cameras.iter().map(|c| world.of(c.node)).collect(),
-            deforms: deforms.collect(),
-            time_s,
-        }
+        let deforms = self.deformers.iter().zip(weights);
+        then(&world, deforms.map(|(deformer, weights)| deformer.pose(&world.inner, weights)).collect())
     }
 
     /// Where an instance stands: at its node, or where its joints are, moved as instancing moves it from the node.
-    fn place(&self, instance: &Instance, world: &World) -> DAffine3 {
+    pub(super) fn place(&self, instance: &Instance, world: &World) -> DAffine3 {
         let own = world.of(instance.node);
         let Some(deformer) = self.skinned(instance.mesh) else { return own };
         let frame = deformer.world_from_frame(&world.inner);

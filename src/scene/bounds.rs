@@ -63,36 +63,51 @@ impl Scene {
         let moved = |instance: &Instance| {
             moves[instance.node] || self.meshes[instance.mesh].deform.is_some() && !playback.animations.is_empty()
         };
-        let (moving, still): (Vec<Instance>, Vec<Instance>) = self.instances.iter().copied().partition(moved);
+        let moving: Vec<&Instance> = self.instances.iter().filter(|instance| moved(instance)).collect();
         let times = if moving.is_empty() { vec![] } else { self.sample_times(playback, moving.len()) };
         let points: Vec<Cow<[Vec3]>> =
             self.meshes.iter().map(|m| hull_points(&m.positions, times.len().max(1))).collect();
         let deforming = self.meshes.iter().filter_map(|mesh| mesh.deform.as_ref());
         let deformed: usize = deforming.map(|deform| deform.positions.len()).sum();
         let every = deformed.saturating_mul(times.len()).div_ceil(DEFORMED_SAMPLES_MAX).max(1);
-        let over = |instances: &[Instance], numbered: &[(usize, f32)]| {
-            let (mut bounds, mut last) = (Bounds::EMPTY, Vec::new());
+        let include = |bounds: Bounds, instance: &Instance, world: &DAffine3, pose: &Pose| {
+            let place = |p: &Vec3| world.transform_point3(p.as_dvec3());
+            let mesh = &self.meshes[instance.mesh];
+            match mesh.deform {
+                Some(_) => mesh.posed_positions(pose).iter().map(place).fold(bounds, Bounds::include),
+                None => points[instance.mesh].iter().map(place).fold(bounds, Bounds::include),
+            }
+        };
+        let still = self.at_moment(playback, 0.0, |world, deforms| {
+            let pose = Pose { deforms, ..Pose::default() };
+            let still = self.instances.iter().filter(|instance| !moved(instance));
+            still.fold(Bounds::EMPTY, |bounds, instance| include(bounds, instance, &self.place(instance, world), &pose))
+        });
+        let over = |numbered: &[(usize, f32)]| {
+            let (mut bounds, mut last) = (Bounds::EMPTY, vec![None; moving.len()]);
             for &(number, time) in numbered {
-                let pose = self.pose_instances(playback, f64::from(time), instances);
-                for (index, (instance, world)) in instances.iter().zip(&pose.world_from_instance).enumerate() {
-                    let place = |p: &Vec3| world.transform_point3(p.as_dvec3());
-                    let mesh = &self.meshes[instance.mesh];
-                    if mesh.deform.is_some() {
-                        if number.is_multiple_of(every) {
-                            bounds = mesh.posed_positions(&pose).iter().map(place).fold(bounds, Bounds::include);
+                bounds = self.at_moment(playback, f64::from(time), |world, deforms| {
+                    let (mut bounds, pose) = (bounds, Pose { deforms, ..Pose::default() });
+                    for (instance, last) in moving.iter().zip(&mut last) {
+                        let world = self.place(instance, world);
+                        // Many instances move at times alone.
+                        let shows = match self.meshes[instance.mesh].deform {
+                            Some(_) => number.is_multiple_of(every),
+                            None => *last != Some(world),
+                        };
+                        if shows {
+                            bounds = include(bounds, instance, &world, &pose);
                         }
-                    } else if last.get(index) != Some(world) {
-                        bounds = points[instance.mesh].iter().map(place).fold(bounds, Bounds::include);
+                        *last = Some(world);
                     }
-                }
-                last = pose.world_from_instance;
+                    bounds
+                });
             }
             bounds
         };
         let numbered: Vec<(usize, f32)> = times.into_iter().enumerate().collect();
         let part = numbered.len().div_ceil(rayon::current_num_threads()).max(1);
-        let moved = numbered.par_chunks(part).map(|part| over(&moving, part)).reduce(|| Bounds::EMPTY, Bounds::union);
-        over(&still, &[(0, 0.0)]).union(moved)
+        numbered.par_chunks(part).map(over).reduce(|| Bounds::EMPTY, Bounds::union).union(still)
     }
 
     /// `moving`: how many instances move.

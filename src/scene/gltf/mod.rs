@@ -133,7 +133,8 @@ impl Scene {
             let buffers = load_buffers(document, folders, file.binary, &mut need)?;
             buffers.iter().flatten().for_each(|bytes| hash_part(&mut hash, bytes));
             let decoded = meshopt::decode(document, &buffers, &mut need)?;
-            let data = &Data { document, buffers: &buffers, decoded: &decoded, unpacked: None, uv_sets: &[] };
+            let data =
+                &Data { document, buffers: &buffers, decoded: &decoded, unpacked: None, uv_sets: &[], picked: None };
             check::document(data)?;
             let tree = nodes::Tree::new(document)?;
             let shown = tree.reachable(document, &nodes::choose_roots(document, options.scene.as_deref())?)?;

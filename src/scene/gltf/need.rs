@@ -230,7 +230,8 @@ struct MeshSize {
     corners: u64,
     /// Vertices that loading keeps.
     kept: u64,
-    /// Elements of attributes and of used morph targets that have no data in the file, so that the file's size is no limit.
+    /// Elements of attributes and of used morph targets that have no data in the file, so that the file's size is no limit, or sparse
+    /// data, which is read whole for each primitive.
     unbacked: u64,
     /// Vertices times morph targets, and vertices times sets of joints.
     targets: u64,
@@ -257,7 +258,8 @@ impl MeshSize {
             let differences =
                 primitive.targets.iter().flatten().flat_map(|t| [t.positions, t.normals, t.tangents]).flatten();
             let unbacked = primitive.attributes.values().copied().chain(differences).map(|a| a.value());
-            let unbacked = unbacked.filter(|&a| document.accessors.get(a).is_some_and(|a| a.buffer_view.is_none()));
+            let unbacked = unbacked
+                .filter(|&a| document.accessors.get(a).is_some_and(|a| a.buffer_view.is_none() || a.sparse.is_some()));
             let unbacked = unbacked.fold(0u64, |sum, a| sum.saturating_add(elements(document, a)));
             sum.primitives += 1;
             sum.corners = sum.corners.saturating_add(corners);

@@ -153,3 +153,26 @@ fn instances_that_no_buffer_holds_are_refused_at_once() {
         assert!(run.seconds < 8.0, "it took {} s of a processor", run.seconds);
     }
 }
+
+/// Three of a million vertices are read for each primitive, and not all of them.
+#[test]
+fn primitives_that_share_a_large_buffer_read_what_they_use() {
+    let folder = folder();
+    const VERTICES: usize = 1_000_000;
+    let mut scene = triangle("vertices.bin");
+    let mut bytes = vec![0; 12 * VERTICES];
+    bytes[12..16].copy_from_slice(&1f32.to_le_bytes());
+    bytes[28..32].copy_from_slice(&1f32.to_le_bytes());
+    // Behind the positions, the indices.
+    bytes.extend([0, 1, 2, 0]);
+    fs::write(folder.path().join("vertices.bin"), &bytes).unwrap();
+    scene["buffers"][0]["byteLength"] = json!(bytes.len());
+    scene["bufferViews"] = json!([{"buffer": 0, "byteLength": 12 * VERTICES},
+        {"buffer": 0, "byteOffset": 12 * VERTICES, "byteLength": 3}]);
+    scene["accessors"][0]["count"] = json!(VERTICES);
+    let indices = json!({"bufferView": 1, "componentType": 5121, "count": 3, "type": "SCALAR"});
+    scene["accessors"].as_array_mut().unwrap().push(indices);
+    scene["meshes"][0]["primitives"] = Value::Array(vec![json!({"attributes": {"POSITION": 0}, "indices": 1}); 1000]);
+    write(folder.path(), "shared.gltf", &scene);
+    read(folder.path(), "shared.gltf", 3.0, 100);
+}

@@ -37,7 +37,6 @@ use crate::ground::Counts;
 use crate::ground::image::given::{self, GivenPass};
 use crate::ground::image::target;
 use crate::ground::memory_plan::MemoryRow;
-use crate::ground::scene_on_gpu::ScenePacked;
 use crate::renderer::MemoryCheck;
 use crate::scene::{Bounds, Pose, Scene};
 use crate::settings::Settings;
@@ -145,11 +144,8 @@ impl Prepared {
         pose.check(scene)?;
         let slots = prepare.slots.max(1);
         let desc = desc(scene, settings, prepare)?;
-        let packed = ScenePacked::new(scene, pose);
-        let memory = MemoryCheck::new(context, prepare.memory_limit, scene);
-        let mut fixed = packed.plan();
-        fixed.extend(given_plan(prepare));
-        memory.check_first(&desc, &packed.trees, &fixed)?;
+        let memory = MemoryCheck::new(context, prepare.memory_limit);
+        let (packed, _) = memory.pack(context, &desc, pose, &given_plan(prepare))?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let options = SlotOptions { timestamps: prepare.timestamps, log: false };
         Ok(Self {

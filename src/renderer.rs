@@ -131,11 +131,9 @@ impl Renderer {
         scene.check()?;
         pose.check(&scene)?;
         let desc = desc(&scene, &settings, &options)?;
-        let packed = ScenePacked::new(&scene, pose);
-        let mut fixed_plan = packed.plan();
-        fixed_plan.push(target::readback_plan(desc.size, desc.outputs));
-        let memory = MemoryCheck::new(context, options.memory_limit, &scene);
-        memory.check_first(&desc, &packed.trees, &fixed_plan)?;
+        let memory = MemoryCheck::new(context, options.memory_limit);
+        let readback = target::readback_plan(desc.size, desc.outputs);
+        let (packed, fixed_plan) = memory.pack(context, &desc, pose, &[readback])?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
         let readback = Readback::new(context, options.size, desc.outputs)?;
         let (pace, context) = (pace(context, &options), context.clone());
@@ -393,33 +391,58 @@ pub(crate) struct MemoryCheck {
     limit: Limit,
     /// Bytes that the device binds at once.
     largest: Limit,
-    triangles: u64,
 }
 
 impl MemoryCheck {
     /// `limit`: bytes, where the caller sets them.
-    pub fn new(context: &Context, limit: Option<u64>, scene: &Scene) -> Self {
+    pub fn new(context: &Context, limit: Option<u64>) -> Self {
         let words = format!("the largest buffer that {} binds", context.name);
         Self {
             limit: memory_limit(context, limit),
             largest: Limit { bytes: context.limits.max_storage_buffer_range.into(), words },
-            triangles: scene.triangle_count() as u64,
         }
+    }
+
+    /// Packs the scene for the device, and makes its trees if they are asked for: refused is what does not fit, as soon as it is known.
+    /// Returns the bytes of what does not depend on the grid, of which `more` is known.
+    pub fn pack(
+        &self,
+        context: &Context,
+        desc: &FrameDesc,
+        pose: &Pose,
+        more: &[MemoryRow],
+    ) -> Result<(ScenePacked, Vec<MemoryRow>)> {
+        let trees = Arc::new(TreesOnce::new(&pose.world_from_instance));
+        let plan = first_plan(desc, &trees);
+        self.check(desc.settings.voxels, more, &plan)?;
+        let packed = ScenePacked::with(desc.scene, pose, trees.clone());
+        packed.check_textures(context)?;
+        let fixed = [packed.plan().as_slice(), more].concat();
+        self.check_trees(desc, &trees, &fixed, &plan)?;
+        Ok((packed, fixed))
     }
 
     /// Refuses what a new frame takes beyond what `fixed` names, before anything is uploaded, and most of it before trees are made.
     pub fn check_first(&self, desc: &FrameDesc, trees: &TreesOnce, fixed: &[MemoryRow]) -> Result<()> {
-        let plan = first_plan(desc, trees);
-        self.check(desc.settings.voxels, fixed, &plan)?;
+        self.check_trees(desc, trees, fixed, &first_plan(desc, trees))
+    }
+
+    fn check_trees(
+        &self,
+        desc: &FrameDesc,
+        trees: &TreesOnce,
+        fixed: &[MemoryRow],
+        plan: &impl Fn(u32) -> Vec<MemoryRow>,
+    ) -> Result<()> {
+        self.check(desc.settings.voxels, fixed, plan)?;
         make_trees(desc, trees);
-        self.check(desc.settings.voxels, fixed, &plan)
+        self.check(desc.settings.voxels, fixed, plan)
     }
 
     /// Refuses a grid of edge `voxels` whose resources exceed the limit or what the device binds at once. `fixed`: those that do not
     /// depend on the grid; `plan`: those that a grid of that edge takes.
     pub fn check(&self, voxels: u32, fixed: &[MemoryRow], plan: &impl Fn(u32) -> Vec<MemoryRow>) -> Result<()> {
         let rows_at = |edge: u32| fixed.iter().copied().chain(plan(edge)).collect::<Vec<_>>();
-        memory_plan::check(voxels, &self.limit, rows_at)?;
-        memory_plan::check_buffers(&rows_at(voxels), self.triangles, &self.largest)
+        memory_plan::check_buffers(&memory_plan::check(voxels, &self.limit, rows_at)?, &self.largest)
     }
 }

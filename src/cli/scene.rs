@@ -2,7 +2,7 @@
 
 use std::ffi::OsStr;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use clap::{Args, Command, FromArgMatches};
 use glam::DVec3;
@@ -10,7 +10,7 @@ use twobounce::ground::clearance::fitted_to_camera;
 use twobounce::output::exr::Metadata;
 use twobounce::reference::lights_itself;
 use twobounce::renderer::{RenderOptions, largest_image, memory_limit, most_triangles};
-use twobounce::scene::{DEFAULT_FOV_DEGREES, LoadOptions, Playback, Pose, Projection, Scene, Still, View};
+use twobounce::scene::{Bounds, DEFAULT_FOV_DEGREES, LoadOptions, Playback, Pose, Projection, Scene, Still, View};
 use twobounce::settings::Settings;
 use twobounce::vk::{Context, ContextOptions};
 use twobounce::{Error, Result};
@@ -33,6 +33,8 @@ pub struct Opened {
     /// The sky in words.
     pub sky: String,
     pub shot: Shot,
+    /// Of the scene over all that plays, once something asked for them.
+    bounds: OnceLock<Bounds>,
 }
 
 /// Which moment of a scene is seen, and from where.
@@ -108,7 +110,9 @@ impl SceneArgs {
             None => (0..scene.animations.len().min(1)).collect(),
         };
         let playback = Playback { animations, repeats: self.repeats == Loop::On };
-        let (camera, words) = self.choose_camera(&scene, &playback)?;
+        let bounds = OnceLock::new();
+        let about = || *bounds.get_or_init(|| scene.bounds_of(&playback));
+        let (camera, words) = self.choose_camera(&scene, about)?;
         let shot = Shot { playback, time_s: self.time, camera };
         let mut notes = std::mem::take(&mut scene.warnings);
         notes.extend(of_sky);
@@ -117,24 +121,28 @@ impl SceneArgs {
         }
         notes.iter().for_each(|note| out::warn(&format!("note: {}: {note}", scene.name)));
         let sky = self.sky.words(&scene);
-        Ok(Opened { scene, size: self.size, camera: words, sky, shot })
+        Ok(Opened { scene, size: self.size, camera: words, sky, shot, bounds })
     }
 
     /// Adds light where the scene needs some. Returns what is to be said about that.
     fn light(&self, scene: &mut Scene, shot: &Shot) -> Result<Option<String>> {
-        let (pose, view) = shot.at(scene, 0.0);
+        let lit = |scene: &Scene| {
+            let (pose, view) = shot.at(scene, 0.0);
+            lights_itself(scene, &pose, &view)
+        };
         let why = match (scene.has_light(), scene.has_light_beside_emission()) {
             (false, _) => "the scene has no light, emission or sky",
             (_, true) => "",
-            _ if lights_itself(scene, &pose, &view)? => "",
+            _ if lit(scene)? => "",
             _ => "the scene has no light or sky, and what it emits hardly lights anything that is seen",
         };
+        let add = |scene: &mut Scene| scene.add_default_light(&shot.first_view(scene));
         Ok(match self.default_light {
             DefaultLight::Off if why.is_empty() => None,
             DefaultLight::Off => Some(format!("{why}: the image will be black or nearly so")),
             DefaultLight::Auto if why.is_empty() => None,
-            DefaultLight::On if why.is_empty() => Some(scene.add_default_light(&view)),
-            _ => Some(format!("{why}: {}", scene.add_default_light(&view))),
+            DefaultLight::On if why.is_empty() => Some(add(scene)),
+            _ => Some(format!("{why}: {}", add(scene))),
         })
     }
 
@@ -157,8 +165,8 @@ impl SceneArgs {
         Ok(opened)
     }
 
-    /// The camera, and its words.
-    fn choose_camera(&self, scene: &Scene, playback: &Playback) -> Result<(Camera, String)> {
+    /// The camera, and its words. `bounds`: of the scene.
+    fn choose_camera(&self, scene: &Scene, bounds: impl FnOnce() -> Bounds) -> Result<(Camera, String)> {
         if let (Some(eye), Some(target)) = (self.eye, self.target) {
             let fov = self.fov.unwrap_or(f64::from(DEFAULT_FOV_DEGREES));
             let view = View::look_at(eye, target, self.up, fov.to_radians() as f32);
@@ -184,7 +192,7 @@ impl SceneArgs {
             }
             None => {
                 let fov = fov.unwrap_or(DEFAULT_FOV_DEGREES.to_radians());
-                let view = View::framing_within(scene.bounds_of(playback), fov);
+                let view = View::framing_within(bounds(), fov);
                 (Camera::Fixed(view), format!("framing the scene{fov_words}"))
             }
         })
@@ -213,11 +221,15 @@ impl Opened {
         self.shot.at(&self.scene, 0.0)
     }
 
+    /// The box of the scene over all that plays.
+    fn bounds(&self) -> Bounds {
+        *self.bounds.get_or_init(|| self.scene.bounds_of(&self.shot.playback))
+    }
+
     /// The settings, with smaller voxels about the camera where the scene asks for them; says so then.
     pub fn fitted(&self, settings: Settings) -> Settings {
         let (pose, view) = self.at_time();
-        let bounds = self.scene.bounds_of(&self.shot.playback);
-        match fitted_to_camera(&settings, Still::new(&self.scene, &pose, &view), bounds) {
+        match fitted_to_camera(&settings, Still::new(&self.scene, &pose, &view), self.bounds()) {
             Some((fitted, words)) => {
                 out::warn(&format!("note: {}: {words}", self.scene.name));
                 fitted
@@ -228,7 +240,7 @@ impl Opened {
 
     /// The scene as other flags show it: another moment, another camera. And the camera in words.
     pub fn seen(&self, args: &SceneArgs) -> Result<(Pose, View, String)> {
-        let (camera, words) = args.choose_camera(&self.scene, &self.shot.playback)?;
+        let (camera, words) = args.choose_camera(&self.scene, || self.bounds())?;
         let shot = Shot { time_s: args.time, camera, ..self.shot.clone() };
         let (pose, view) = shot.at(&self.scene, 0.0);
         Ok((pose, view, words))
@@ -242,8 +254,7 @@ impl Opened {
 
     /// The image alone, within a limit on device memory.
     pub fn options(&self, memory_limit: Option<u64>) -> RenderOptions {
-        let bounds = self.scene.bounds_of(&self.shot.playback);
-        RenderOptions { memory_limit, watch: Some(watch()), ..RenderOptions::new(self.size, bounds) }
+        RenderOptions { memory_limit, watch: Some(watch()), ..RenderOptions::new(self.size, self.bounds()) }
     }
 
     /// The image alone, as the flags say.
@@ -279,6 +290,14 @@ impl Shot {
                 view
             }
             Camera::Fixed(view) => view,
+        }
+    }
+
+    /// The camera at --time: one that stands still asks for no pose, which of millions of instances is large.
+    fn first_view(&self, scene: &Scene) -> View {
+        match self.camera {
+            Camera::Fixed(view) => view,
+            Camera::OfFile { .. } => self.at(scene, 0.0).1,
         }
     }
 

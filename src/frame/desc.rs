@@ -46,12 +46,12 @@ impl FrameDesc<'_> {
 /// Memory that [`super::Frame::new`] allocates on a grid of any edge, before any buffer grows: at least that, while
 /// there are no trees yet.
 pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce) -> impl Fn(u32) -> Vec<MemoryRow> {
-    let lamps = lamps(desc.scene, desc.settings);
+    let (lamps, features) = (lamps(desc.scene, desc.settings), Features::of_scene(desc.scene));
     move |voxels| {
         let settings = Settings { voxels, ..desc.settings.clone() };
         let desc = &FrameDesc { settings: &settings, ..*desc };
-        let counts = first_counts(desc, &lamps, trees);
-        plan(&settings, Features::of_scene(desc.scene), &shape(desc), &counts)
+        let counts = first_counts(desc, features, &lamps, trees);
+        plan(&settings, features, &shape_of(desc, features), &counts)
     }
 }
 
@@ -63,12 +63,17 @@ pub fn make_trees(desc: &FrameDesc, trees: &TreesOnce) {
 }
 
 pub(super) fn shape(desc: &FrameDesc) -> ImageShape {
-    let wants = wants(desc.settings, Features::of_scene(desc.scene));
+    shape_of(desc, Features::of_scene(desc.scene))
+}
+
+fn shape_of(desc: &FrameDesc, features: Features) -> ImageShape {
+    let wants = wants(desc.settings, features);
     ImageShape::new(&desc.settings.image, &wants, desc.size, desc.outputs)
 }
 
-fn first_counts(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Counts {
-    let wants = wants(desc.settings, Features::of_scene(desc.scene));
+/// `features`: of the scene.
+fn first_counts(desc: &FrameDesc, features: Features, lamps: &Lamps, trees: &TreesOnce) -> Counts {
+    let wants = wants(desc.settings, features);
     let tree = if wants.rays { trees.size(desc.scene) } else { TreeSize::default() };
     // A grid that cannot be placed is refused where it is made.
     let grid = Grid::place(desc.bounds, desc.settings).ok();
@@ -98,7 +103,7 @@ pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) ->
         wants,
         features,
         sky_map: scene.sky_map.clone(),
-        counts: first_counts(desc, lamps, trees),
+        counts: first_counts(desc, features, lamps, trees),
     })
 }
 

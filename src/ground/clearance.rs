@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::boxes::{FACTOR, MOST_BOXES};
 use super::grid::Grid;
-use crate::scene::{Bounds, Pose, Projection, Scene, Still};
+use crate::scene::{Bounds, Instance, Pose, Projection, Scene, Still};
 use crate::settings::{Center, Settings};
 
 /// Of the way to what is about the camera, voxels take at most this share. A room in a landscape of a kilometre, `balanced`, all
@@ -73,6 +73,8 @@ const BELOW: i32 = 160;
 const ALL_BINS: usize = 400;
 /// Of a solid angle of 1: whole numbers, whose sum does not depend on the order.
 const UNITS: f64 = (1u64 << 32) as f64;
+/// Indices of triangles that one thread looks at.
+const PART: usize = 3 << 12;
 /// A triangle is cut in four until it is no larger than this beside its distance, so often at most.
 const MOST_SEEN: f64 = 0.5;
 const MOST_CUTS: u32 = 6;
@@ -80,25 +82,29 @@ const MOST_CUTS: u32 = 6;
 /// Median distance, metres, of all triangles from a point, each counted by the solid angle under which it is seen from there, whatever
 /// hides it; to a twelfth. `None` without triangles.
 pub fn clearance(scene: &Scene, pose: &Pose, eye: DVec3) -> Option<f64> {
-    let places = scene.instances.iter().zip(&pose.world_from_instance);
     let sum = |mut bins: Vec<u64>, more: Vec<u64>| {
         bins.iter_mut().zip(more).for_each(|(bin, more)| *bin += more);
         bins
     };
-    let mut bins = vec![0u64; ALL_BINS];
-    for (instance, world) in places {
+    let none = || vec![0u64; ALL_BINS];
+    let of_instance = |bins: Vec<u64>, (instance, world): (&Instance, &DAffine3)| {
         let eye_from_object = DAffine3::from_translation(-eye) * *world;
         let mesh = &scene.meshes[instance.mesh];
         let point = |index: u32| eye_from_object.transform_point3(mesh.positions[index as usize].as_dvec3());
-        let of_part = |part: &[u32]| {
-            let mut bins = vec![0u64; ALL_BINS];
+        let of_part = |mut bins: Vec<u64>, part: &[u32]| {
             for corners in part.chunks_exact(3) {
                 add([point(corners[0]), point(corners[1]), point(corners[2])], MOST_CUTS, &mut bins);
             }
             bins
         };
-        bins = sum(bins, mesh.indices.par_chunks(3 << 12).map(of_part).reduce(|| vec![0; ALL_BINS], sum));
-    }
+        // Of millions of small meshes each takes its turn, in bins that are there.
+        if mesh.indices.len() <= PART {
+            return of_part(bins, &mesh.indices);
+        }
+        sum(bins, mesh.indices.par_chunks(PART).fold(none, of_part).reduce(none, sum))
+    };
+    let places = scene.instances.par_iter().zip(&pose.world_from_instance);
+    let bins = places.fold(none, of_instance).reduce(none, sum);
     let total: u64 = bins.iter().sum();
     let mut seen = 0;
     let reaches_half = |bin: &u64| {

@@ -41,17 +41,18 @@ impl std::fmt::Display for MemoryPlan {
 }
 
 /// Refuses a grid of `voxels` whose resources, `rows_at` a grid's edge, exceed `limit`; names the largest grid that would fit,
-/// or what else takes the memory.
+/// or what else takes the memory. Returns the resources.
 ///
 /// # Errors
 /// [`Error::Memory`]
-pub fn check(voxels: u32, limit: &Limit, rows_at: impl Fn(u32) -> Vec<MemoryRow>) -> Result<()> {
-    let total_at = |edge: u32| rows_at(edge).iter().map(|row| row.1).sum();
-    let total: u64 = total_at(voxels);
-    if total <= limit.bytes {
-        return Ok(());
+pub fn check(voxels: u32, limit: &Limit, rows_at: impl Fn(u32) -> Vec<MemoryRow>) -> Result<Vec<MemoryRow>> {
+    let total = |rows: &[MemoryRow]| rows.iter().map(|row| row.1).sum::<u64>();
+    let rows = rows_at(voxels);
+    let all = total(&rows);
+    if all <= limit.bytes {
+        return Ok(rows);
     }
-    let fits = (4..=8).rev().map(|log| 1 << log).find(|&edge| edge < voxels && total_at(edge) <= limit.bytes);
+    let fits = (4..=8).rev().map(|log| 1 << log).find(|&edge| edge < voxels && total(&rows_at(edge)) <= limit.bytes);
     let remedy = match fits {
         Some(edge) => format!("the largest grid that fits is --set voxels={edge}"),
         None => {
@@ -59,29 +60,46 @@ pub fn check(voxels: u32, limit: &Limit, rows_at: impl Fn(u32) -> Vec<MemoryRow>
             format!("not even a grid of 16 voxels fits, for which the {what} need {:.1} MiB: {less}", mib(bytes))
         }
     };
-    let ([total, bytes], words) = (apart([total, limit.bytes]), &limit.words);
-    Err(Error::Memory(format!("voxels = {voxels} needs {total}, more than {words} of {bytes}: {remedy}")))
+    let ([all, bytes], words) = (apart([all, limit.bytes]), &limit.words);
+    Err(Error::Memory(format!("voxels = {voxels} needs {all}, more than {words} of {bytes}: {remedy}")))
 }
 
-/// Refuses rows of triangles that are larger than a device binds as one buffer; of these, every row is one.
+/// Refuses a row that is larger than a device binds as one buffer.
 ///
 /// # Errors
 /// [`Error::Memory`]
-pub fn check_buffers(rows: &[MemoryRow], triangles: u64, limit: &Limit) -> Result<()> {
-    let Some((name, bytes)) =
-        rows.iter().find(|(name, bytes)| of_triangles(name) && !name.starts_with("scene ") && *bytes > limit.bytes)
-    else {
-        return Ok(());
-    };
-    let ([bytes, most], words) = (apart([*bytes, limit.bytes]), &limit.words);
+pub fn check_buffers(rows: &[MemoryRow], limit: &Limit) -> Result<()> {
+    let too_large =
+        |&(name, bytes): &MemoryRow| bound(name).filter(|_| bytes > limit.bytes).map(|of| (name, bytes, of));
+    let Some((name, bytes, (what, remedy))) = rows.iter().find_map(too_large) else { return Ok(()) };
+    let ([bytes, most], words) = (apart([bytes, limit.bytes]), &limit.words);
     Err(Error::Memory(format!(
-        "the scene has {triangles} triangles, too many for this grid: the buffer \"{name}\" needs {bytes}, more than {words} of {most}: use a scene of fewer or a smaller --set voxels"
+        "the scene has too many {what}: the buffer \"{name}\" needs {bytes}, more than {words} of {most}: use a scene of fewer{remedy}"
     )))
+}
+
+/// Of a row that is one buffer and grows with the scene: with what it does, and how else to need less.
+fn bound(name: &str) -> Option<(&'static str, &'static str)> {
+    Some(match name {
+        "record draws" => ("instances", ""),
+        "materials" => ("materials", ""),
+        "texture levels" => ("textures", ""),
+        "lights" => ("lights", ""),
+        _ if of_items(name) => ("triangles for this grid", " or a smaller --set voxels"),
+        _ if of_triangles(name) => ("triangles", ""),
+        _ => return None,
+    })
+}
+
+/// Whether a row grows with the voxels that triangles touch.
+fn of_items(name: &str) -> bool {
+    ["list ", "item"].iter().any(|part| name.contains(part))
 }
 
 /// Whether a row grows with the scene's triangles.
 fn of_triangles(name: &str) -> bool {
-    ["scene ", "deform ", "triangles", "lamp", "list ", "item"].iter().any(|part| name.contains(part))
+    let parts = ["scene ", "deform ", "triangles", "lamp", "tree ", "slots", "record draws"];
+    of_items(name) || parts.iter().any(|part| name.contains(part))
 }
 
 /// The group of `rows` that takes the most: its bytes, its name, and how to need less.
@@ -117,12 +135,17 @@ mod tests {
             said(&[("textures", 10 << 20), small])
                 .contains("needs 10486784 bytes, more than the limit of 10485760 bytes")
         );
-        // Textures are no buffer, and vertices are not bound as one that shaders read.
-        let rows = [("textures", 90 << 20), ("scene vertices", 90 << 20), ("list items", 11 << 20)];
-        let said = check_buffers(&rows, 1234, &limit).unwrap_err().to_string();
-        assert!(said.contains("1234 triangles") && said.contains("\"list items\" needs 11 MiB"), "{said}");
-        assert!(said.contains("more than the limit of 10 MiB") && said.contains("fewer"), "{said}");
-        assert!(check_buffers(&rows[..2], 1234, &limit).is_ok());
+        // Textures are no buffer.
+        let rows = [("textures", 90 << 20), ("scene vertices", 9 << 20), ("list items", 11 << 20)];
+        let said = |rows: &[MemoryRow]| check_buffers(rows, &limit).unwrap_err().to_string();
+        let items = said(&rows);
+        assert!(items.contains("triangles for this grid: the buffer \"list items\" needs 11 MiB"), "{items}");
+        assert!(items.contains("more than the limit of 10 MiB") && items.ends_with("fewer or a smaller --set voxels"));
+        assert!(check_buffers(&rows[..2], &limit).is_ok());
+        for (name, what) in [("record draws", "instances"), ("materials", "materials"), ("tree links", "triangles")] {
+            let said = said(&[(name, 11 << 20)]);
+            assert!(said.contains(&format!("too many {what}: ")) && said.ends_with("use a scene of fewer"), "{said}");
+        }
         let grid = check(64, &limit, |edge| vec![("voxels", u64::from(edge).pow(3) * 64)]).unwrap_err().to_string();
         assert!(grid.contains("needs 16 MiB, more than the limit of 10 MiB") && grid.contains("voxels=32"), "{grid}");
         assert!(check(32, &limit, |edge| vec![("voxels", u64::from(edge).pow(3) * 64)]).is_ok());

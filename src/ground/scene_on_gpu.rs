@@ -53,7 +53,7 @@ pub struct SceneOnGpu {
     pub blended: Vec<u32>,
     /// First vertex of every mesh.
     first_vertex: Vec<i32>,
-    pub trees: TreesOnce,
+    pub trees: Arc<TreesOnce>,
     /// Data that deforms vertices, if anything does.
     deform: Option<DeformOnGpu>,
 }
@@ -100,7 +100,7 @@ pub struct ScenePacked {
     draws: Vec<SceneDraw>,
     first_vertex: Vec<i32>,
     deform: DeformPacked,
-    pub trees: TreesOnce,
+    pub trees: Arc<TreesOnce>,
     /// Triangles over all instances.
     pub triangles: u32,
     /// Sources of those of blended materials.
@@ -109,6 +109,11 @@ pub struct ScenePacked {
 
 impl ScenePacked {
     pub fn new(scene: &Scene, pose: &Pose) -> Self {
+        Self::with(scene, pose, Arc::new(TreesOnce::new(&pose.world_from_instance)))
+    }
+
+    /// With the trees of the scene, made or not.
+    pub fn with(scene: &Scene, pose: &Pose, trees: Arc<TreesOnce>) -> Self {
         let mut textures = TextureTable::default();
         let mut materials = Vec::new();
         let mut finishes = Vec::new();
@@ -173,7 +178,7 @@ impl ScenePacked {
             atlas,
             draws,
             first_vertex,
-            trees: TreesOnce::new(&pose.world_from_instance),
+            trees,
             triangles,
             blended,
         }
@@ -197,7 +202,7 @@ impl ScenePacked {
 
     /// # Errors
     /// Too little memory, or the device is lost.
-    pub fn upload(&self, context: &Arc<Context>) -> Result<SceneOnGpu> {
+    pub fn upload(self, context: &Arc<Context>) -> Result<SceneOnGpu> {
         let atlas = self.upload_atlas(context)?;
         Ok(SceneOnGpu {
             corner: self.corner,
@@ -207,17 +212,21 @@ impl ScenePacked {
             texture_levels: vk::upload(context, "texture levels", &self.levels)?,
             atlas,
             texel_sampler: Sampler::new(context, vk::Filter::NEAREST, vk::SamplerAddressMode::CLAMP_TO_EDGE)?,
-            draws: self.draws.clone(),
-            blended: self.blended.clone(),
-            first_vertex: self.first_vertex.clone(),
-            trees: self.trees.clone(),
+            draws: self.draws,
+            blended: self.blended,
+            first_vertex: self.first_vertex,
+            trees: self.trees,
             deform: self.deform.upload(context)?,
         })
     }
 }
 
 impl ScenePacked {
-    fn upload_atlas(&self, context: &Arc<Context>) -> Result<Image> {
+    /// Checks that an image of the device holds all textures.
+    ///
+    /// # Errors
+    /// The largest has too many texels a side, or all of them together take too many layers.
+    pub fn check_textures(&self, context: &Context) -> Result<()> {
         let most = context.limits.max_image_dimension2_d;
         if self.atlas.width.max(self.atlas.height) > most {
             // Below a chain's largest level lie the others, half as high.
@@ -235,6 +244,11 @@ impl ScenePacked {
                 context.name
             )));
         }
+        Ok(())
+    }
+
+    fn upload_atlas(&self, context: &Arc<Context>) -> Result<Image> {
+        self.check_textures(context)?;
         let image = Image::new(
             context,
             &ImageDesc {

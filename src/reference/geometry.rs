@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use glam::{DVec3, Vec3, Vec4};
 
 use crate::scene::surface::{SurfacePoint, WorldFrame};
-use crate::scene::{Alpha, Bounds, Mesh, Pose, Scene};
+use crate::scene::{Alpha, Bounds, Material, Mesh, Pose, Scene};
 
 /// Units across the scene.
 const SPAN: f64 = 1024.0;
@@ -86,6 +86,8 @@ pub struct Geometry<'a> {
     /// Counter-clockwise seen from the front.
     pub triangles: Vec<[Vec3; 3]>,
     pub sources: Vec<Source>,
+    /// The scene's, or others in their places: see [`Self::show`].
+    pub materials: &'a [Material],
     /// Per material.
     pub flags: Vec<MaterialFlags>,
     /// Per instance.
@@ -114,9 +116,16 @@ impl<'a> Geometry<'a> {
                 sources.push(source);
             }
         }
-        let flags = scene.materials.iter().map(MaterialFlags::of).collect();
         let frames = pose.world_from_instance.iter().map(WorldFrame::new).collect();
-        Self { scene, units, triangles, sources, flags, frames, meshes }
+        let mut geometry = Self { scene, units, triangles, sources, materials: &[], flags: vec![], frames, meshes };
+        geometry.show(&scene.materials);
+        geometry
+    }
+
+    /// Shows these materials in the places of the scene's.
+    pub fn show(&mut self, materials: &'a [Material]) {
+        self.materials = materials;
+        self.flags = materials.iter().map(MaterialFlags::of).collect();
     }
 
     #[inline]
@@ -165,7 +174,7 @@ impl<'a> Geometry<'a> {
 }
 
 impl MaterialFlags {
-    fn of(m: &crate::scene::Material) -> Self {
+    fn of(m: &Material) -> Self {
         let diffuses = m.finish.as_ref().is_some_and(|f| f.diffuse_transmission.factor > 0.0);
         let volume = (m.transmission > 0.0 || diffuses) && m.thickness > 0.0;
         Self {

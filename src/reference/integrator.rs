@@ -14,7 +14,7 @@ use super::sampler::Sampler;
 use super::traversal::{Hit, Ray};
 use super::{Depth, Options};
 use crate::scene::finish::dispersed;
-use crate::scene::{Pose, Scene};
+use crate::scene::{Material, Pose, Scene};
 
 /// Set 0 of the random numbers: the place in the pixel and the light at vertex 0. Vertex k then uses set 2k + 1 for its
 /// direction and for the light at vertex k + 1, and set 2k + 2 to choose a lobe, the path's end and a punctual light.
@@ -107,6 +107,11 @@ impl<'a> Integrator<'a> {
 
     pub fn geometry(&self) -> &Geometry<'a> {
         &self.materials.geometry
+    }
+
+    /// Shows these materials in the places of the scene's, which emit as much: its lights stay.
+    pub fn show(&mut self, materials: &'a [Material]) {
+        self.materials.geometry.show(materials);
     }
 
     /// The flags of the material at a hit.

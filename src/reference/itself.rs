@@ -5,15 +5,16 @@ use std::sync::atomic::AtomicBool;
 use glam::{Vec3, Vec4};
 
 use super::film::Film;
-use super::{Control, Depth, Options, Stop, render};
+use super::integrator::Integrator;
+use super::{Control, Depth, Options, Stop, integrator, trace};
 use crate::Result;
 use crate::layers::{Aov, Layers};
 use crate::output::png::{MOST_BLACK, automatic_exposure, black_share, luminance};
 use crate::scene::{Pose, Scene, Still, View};
 
 /// An image of so few pixels and samples tells a lamp from a label that glows.
-const SIZE: (u32, u32) = (48, 27);
-const SAMPLES: u32 = 4;
+const OPTIONS: Options =
+    Options { width: 48, height: 27, depth: Depth::Bounces(1), stop: Stop::Samples(4), seed: 0, occlusion: false };
 /// Of the brightest emission: what a white wall one lamp's width away from a lamp reflects is a few tenths, the walls of a room
 /// with one small lamp some thousandths. Below this, nine stops, either the lamp is white or all else black.
 const LEAST: f32 = 1.0 / 512.0;
@@ -24,14 +25,17 @@ const PERCENTILE: f64 = 0.95;
 pub fn lights_itself(scene: &Scene, pose: &Pose, view: &View) -> Result<bool> {
     let brightest = scene.instances.iter().map(|i| scene.materials[scene.meshes[i.mesh].material].emissive);
     let brightest = brightest.map(|emissive| luminance(emissive.into())).fold(0.0, f32::max);
-    // A copy of the scene with black surfaces shows emission alone.
-    let mut black = scene.clone();
-    for material in &mut black.materials {
+    // Black surfaces show emission alone.
+    let mut black = scene.materials.clone();
+    for material in &mut black {
         material.base_color = Vec4::new(0.0, 0.0, 0.0, material.base_color.w);
         (material.metallic, material.specular, material.transmission) = (0.0, 0.0, 0.0);
         material.specular_color = Vec3::ZERO;
     }
-    let [lit, emitted] = [image(scene, pose, view)?, image(&black, pose, view)?];
+    let mut integrator = integrator(Still::new(scene, pose, view), &OPTIONS)?;
+    let lit = image(&integrator, view)?;
+    integrator.show(&black);
+    let emitted = image(&integrator, view)?;
     let is_surface = |pixel: &usize| lit.get(Aov::Normal).is_some_and(|normals| normals[*pixel] != [0.0; 3]);
     let surfaces: Vec<usize> = (0..lit.beauty().len()).filter(is_surface).collect();
     if surfaces.is_empty() {
@@ -50,13 +54,10 @@ pub fn lights_itself(scene: &Scene, pose: &Pose, view: &View) -> Result<bool> {
 }
 
 /// Radiance and normals.
-fn image(scene: &Scene, pose: &Pose, view: &View) -> Result<Layers> {
-    let (width, height) = SIZE;
-    let (depth, stop) = (Depth::Bounces(1), Stop::Samples(SAMPLES));
-    let options = Options { width, height, depth, stop, seed: 0, occlusion: false };
-    let (mut film, never) = (Film::new(width, height), AtomicBool::new(false));
+fn image(integrator: &Integrator, view: &View) -> Result<Layers> {
+    let (mut film, never) = (Film::new(OPTIONS.width, OPTIONS.height), AtomicBool::new(false));
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
-    render(Still::new(scene, pose, view), &options, &mut film, control)?;
+    trace(integrator, view, &OPTIONS, &mut film, control)?;
     Ok(film.layers(&[Aov::Normal]))
 }
 

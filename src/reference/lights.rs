@@ -191,7 +191,7 @@ impl Emitters {
         let is_emissive = |m: &Material| m.emissive != Vec3::ZERO && !m.unlit;
         let mut power = Vec::new();
         for triangle in 0..geometry.triangles.len() as u32 {
-            if is_emissive(&geometry.scene.materials[geometry.material(triangle)]) {
+            if is_emissive(&geometry.materials[geometry.material(triangle)]) {
                 let [a, b, c] = geometry.triangles[triangle as usize];
                 let area = (b - a).cross(c - a).length() as f64 / 2.0;
                 power.push((triangle, area, area * materials.mean_emission(triangle) as f64));

@@ -48,7 +48,7 @@ impl<'a> Materials<'a> {
     /// Prefetches the texels that [`Self::surface`] will read.
     #[inline]
     pub fn prefetch(&self, texturing: &SurfacePoint, material: usize) {
-        for (slot, _) in self.scene().materials[material].texture_slots() {
+        for (slot, _) in self.geometry.materials[material].texture_slots() {
             self.textures.prefetch(self.scene(), &slot, texturing.uvs);
         }
     }
@@ -56,7 +56,7 @@ impl<'a> Materials<'a> {
     /// The material at a point, seen from the triangle's back if `back`.
     #[inline]
     pub fn surface(&self, point: &Point, back: bool) -> Surface {
-        let m = &self.scene().materials[point.material];
+        let m = &self.geometry.materials[point.material];
         let params = m.evaluate(self.scene(), &self.textures, &point.texturing);
         let emission = if m.shows(!back) && !params.unlit { params.emissive } else { Vec3::ZERO };
         let normal = shading_normal(point.normal, point.tangent, params.normal_tangent);
@@ -72,7 +72,7 @@ impl<'a> Materials<'a> {
     pub fn emission_towards(&self, at: Location, back: bool, direction: Vec3) -> Vec3 {
         let emission = self.emission(at, back);
         let (texturing, material) = self.geometry.texturing(at);
-        if emission == Vec3::ZERO || self.scene().materials[material].finish.is_none() {
+        if emission == Vec3::ZERO || self.geometry.materials[material].finish.is_none() {
             return emission;
         }
         emission * self.surface(&self.geometry.point(at, texturing), back).coat_leaves(direction)
@@ -81,7 +81,7 @@ impl<'a> Materials<'a> {
     /// Radiance emitted towards one side, times the opacity.
     pub fn emission(&self, at: Location, back: bool) -> Vec3 {
         let (texturing, material) = self.geometry.texturing(at);
-        let m = &self.scene().materials[material];
+        let m = &self.geometry.materials[material];
         if !m.shows(!back) {
             return Vec3::ZERO;
         }
@@ -105,6 +105,6 @@ impl<'a> Materials<'a> {
     /// The share of light from behind that the surface blocks.
     pub fn opacity(&self, at: Location) -> f32 {
         let (texturing, material) = self.geometry.texturing(at);
-        self.scene().materials[material].opacity(self.scene(), &self.textures, &texturing)
+        self.geometry.materials[material].opacity(self.scene(), &self.textures, &texturing)
     }
 }

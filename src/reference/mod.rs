@@ -33,7 +33,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use crate::scene::Still;
+use crate::scene::{Still, View};
 use crate::{Error, Result};
 use camera::Camera;
 use film::{Film, Row, next_check};
@@ -149,11 +149,20 @@ impl Stop {
 /// # Errors
 /// [`Error::Interrupted`] if `control.cancel` is set before; [`Error::Usage`] for a scene or a pose that [`Scene::check`](crate::scene::Scene::check) or
 /// [`Pose::check`](crate::scene::Pose::check) refuses.
-pub fn render(Still { scene, pose, view }: Still, options: &Options, film: &mut Film, control: Control) -> Result<()> {
+pub fn render(seen: Still, options: &Options, film: &mut Film, control: Control) -> Result<()> {
+    trace(&integrator(seen, options)?, seen.view, options, film, control)
+}
+
+/// Makes a scene ready to trace.
+fn integrator<'a>(Still { scene, pose, .. }: Still<'a>, options: &Options) -> Result<Integrator<'a>> {
     scene.check()?;
     pose.check(scene)?;
+    Ok(Integrator::new(scene, pose, options))
+}
+
+/// As [`render`], of a scene that is ready.
+fn trace(integrator: &Integrator, view: &View, options: &Options, film: &mut Film, control: Control) -> Result<()> {
     let Control { progress, save, cancel } = control;
-    let integrator = Integrator::new(scene, pose, options);
     let camera = Camera::new(view, &integrator.geometry().units, options.width, options.height);
     film.first = options.stop.first();
     let before = film.paths();
@@ -181,7 +190,7 @@ pub fn render(Still { scene, pose, view }: Still, options: &Options, film: &mut 
 
 /// A render under way.
 struct Job<'a> {
-    integrator: Integrator<'a>,
+    integrator: &'a Integrator<'a>,
     camera: Camera,
     options: &'a Options,
     /// Takes the paths so far, the expected paths and the noise.

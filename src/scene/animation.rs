@@ -2,8 +2,11 @@
 
 use glam::{DAffine3, DQuat, DVec3, DVec4};
 
+use super::deform::DeformPose;
 use super::gltf::list;
-use super::{Channel, Instance, Interpolation, Playback, Pose, PosedLight, Property, Scene, Transform, WeightChannel};
+use super::{
+    Channel, Instance, Interpolation, Node, Playback, Pose, PosedLight, Property, Scene, Transform, WeightChannel,
+};
 use crate::{Error, Result};
 
 impl Playback {
@@ -22,35 +25,54 @@ impl Scene {
 
     /// The pose at `time_s` seconds of all that plays. Node transforms, skins and weights of morph targets are those of one time.
     pub fn pose_of(&self, playback: &Playback, time_s: f64) -> Pose {
-        let mut locals: Vec<Transform> = self.nodes.iter().map(|n| n.local).collect();
+        self.at_moment(playback, time_s, |world, deforms| {
+            let light = |node: usize| {
+                let place = world.of(node);
+                let direction = place.matrix3.z_axis.try_normalize().map_or(DVec3::NEG_Z, |z| -z);
+                PosedLight { position: place.translation, direction }
+            };
+            Pose {
+                world_from_instance: self.instances.iter().map(|i| self.place(i, world)).collect(),
+                lights: self.lights.iter().map(|l| light(l.node)).collect(),
+                world_from_camera: self.cameras.iter().map(|c| world.of(c.node)).collect(),
+                deforms,
+                time_s,
+            }
+        })
+    }
+
+    /// Gives `then` the places of nodes at `time_s` seconds of all that plays, and the states of deformers.
+    pub(super) fn at_moment<T>(
+        &self,
+        playback: &Playback,
+        time_s: f64,
+        then: impl FnOnce(&World, Vec<DeformPose>) -> T,
+    ) -> T {
+        let playing = || playback.animations.iter().filter_map(|&a| self.animations.get(a));
+        let moved = playing().flat_map(|animation| &animation.channels).map(|channel| channel.node + 1).max();
+        let mut locals: Vec<Transform> = self.nodes[..moved.unwrap_or(0)].iter().map(|n| n.local).collect();
         let mut weights: Vec<Vec<f32>> = self.deformers.iter().map(|d| d.weights.clone()).collect();
-        for animation in playback.animations.iter().filter_map(|&a| self.animations.get(a)) {
+        for animation in playing() {
             let length = f64::from(animation.duration);
             let looped = playback.repeats && length > 0.0 && !(0.0..=length).contains(&time_s);
             let time = if looped { time_s.rem_euclid(length) } else { time_s } as f32;
             animation.channels.iter().for_each(|c| c.apply(time, &mut locals[c.node]));
             animation.weights.iter().for_each(|c| weights[c.deformer] = c.at(time));
         }
-        let world = self.compose(&locals);
-        let light = |node: usize| PosedLight {
-            position: world[node].translation,
-            direction: world[node].matrix3.z_axis.try_normalize().map_or(DVec3::NEG_Z, |z| -z),
-        };
-        let deforms = self.deformers.iter().zip(weights).map(|(deformer, weights)| deformer.pose(&world, weights));
-        Pose {
-            world_from_instance: self.instances.iter().map(|i| self.place(i, &world)).collect(),
-            lights: self.lights.iter().map(|l| light(l.node)).collect(),
-            world_from_camera: self.cameras.iter().map(|c| world[c.node]).collect(),
-            deforms: deforms.collect(),
-            time_s,
-        }
+        let parents = self.nodes.iter().filter_map(|node| node.parent);
+        let joints = self.deformers.iter().flat_map(|d| d.joints.iter().map(|joint| joint.node).chain([d.node]));
+        let asked = parents.chain(joints).max().map_or(0, |last| last + 1);
+        let world = World::new(&self.nodes, &locals, asked);
+        let deforms = self.deformers.iter().zip(weights);
+        then(&world, deforms.map(|(deformer, weights)| deformer.pose(&world.inner, weights)).collect())
     }
 
     /// Where an instance stands: at its node, or where its joints are, moved as instancing moves it from the node.
-    fn place(&self, instance: &Instance, world: &[DAffine3]) -> DAffine3 {
-        let Some(deformer) = self.skinned(instance.mesh) else { return world[instance.node] };
-        let frame = deformer.world_from_frame(world);
-        let moved = world[instance.node] * world[deformer.node].inverse() * frame;
+    pub(super) fn place(&self, instance: &Instance, world: &World) -> DAffine3 {
+        let own = world.of(instance.node);
+        let Some(deformer) = self.skinned(instance.mesh) else { return own };
+        let frame = deformer.world_from_frame(&world.inner);
+        let moved = own * world.of(deformer.node).inverse() * frame;
         if instance.node == deformer.node || !moved.is_finite() { frame } else { moved }
     }
 
@@ -62,20 +84,6 @@ impl Scene {
             moves[index] |= node.parent.is_some_and(|parent| moves[parent]);
         }
         moves
-    }
-
-    /// The transform of every node without animation.
-    pub(super) fn world_from_nodes(&self) -> Vec<DAffine3> {
-        self.compose(&self.nodes.iter().map(|n| n.local).collect::<Vec<_>>())
-    }
-
-    fn compose(&self, locals: &[Transform]) -> Vec<DAffine3> {
-        let mut world: Vec<DAffine3> = Vec::with_capacity(locals.len());
-        for (node, local) in self.nodes.iter().zip(locals) {
-            let local = local.matrix();
-            world.push(node.parent.map_or(local, |p| world[p] * local));
-        }
-        world
     }
 
     /// The index of the animation with the name or number `name`.
@@ -104,6 +112,36 @@ impl Scene {
     /// [`Error::Usage`] with a list of the cameras.
     pub fn camera_named(&self, name: &str) -> Result<usize> {
         named("camera", name, self.cameras.iter().map(|c| c.name.as_str()))
+    }
+}
+
+/// Where nodes stand. Small files have millions of instances, each at a node of its own behind all that have children: where these
+/// stand is found when it is asked for.
+pub(super) struct World<'a> {
+    nodes: &'a [Node],
+    locals: &'a [Transform],
+    /// Of the first nodes.
+    pub inner: Vec<DAffine3>,
+}
+
+impl<'a> World<'a> {
+    /// `locals`: of the first nodes, instead of their own; `count`: as many nodes as have all parents among them.
+    pub fn new(nodes: &'a [Node], locals: &'a [Transform], count: usize) -> Self {
+        let mut world = Self { nodes, locals, inner: Vec::with_capacity(count) };
+        for node in 0..count {
+            world.inner.push(world.of(node));
+        }
+        world
+    }
+
+    /// Where one node stands.
+    pub fn of(&self, node: usize) -> DAffine3 {
+        if let Some(place) = self.inner.get(node) {
+            return *place;
+        }
+        let Node { parent, local, .. } = &self.nodes[node];
+        let local = self.locals.get(node).unwrap_or(local).matrix();
+        parent.map_or(local, |parent| self.inner[parent] * local)
     }
 }
 

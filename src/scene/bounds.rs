@@ -6,11 +6,14 @@ use std::collections::HashSet;
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{Bounds, Playback, Pose, Scene};
+use super::{Bounds, Instance, Playback, Pose, Scene};
 
 /// Uniform times at which [`Scene::bounds`] samples an animation, in addition to every key.
 const UNIFORM_TIMES: usize = 64;
 const TIMES_MAX: usize = 4096;
+/// Number of nodes and moving instances × times above which fewer times are sampled, [`TIMES_MIN`] at least: it takes about a second.
+const PLACES_MAX: usize = 1 << 24;
+const TIMES_MIN: usize = 8;
 /// Up to this number of vertices × times every vertex is transformed, which takes about a second.
 const VERTEX_SAMPLES_MAX: usize = 1 << 28;
 /// Number of deforming vertices × times above which fewer times are sampled, because these vertices take longer.
@@ -47,7 +50,7 @@ impl Bounds {
 impl Scene {
     /// The box around all vertices over the whole `animation`, in metres: at its keys and at 64 uniform times. Motion
     /// between these times (the arc of a fast rotation) can leave the box slightly. Very long animations are sampled at
-    /// 4096 uniform times, and very large meshes are replaced by their boxes, or, where they deform, seen at fewer of these
+    /// 4096 uniform times, at fewer where very much moves, and very large meshes are replaced by their boxes, or, where they deform, seen at fewer of these
     /// times. Empty for a scene without meshes.
     pub fn bounds(&self, animation: Option<usize>) -> Bounds {
         self.bounds_of(&Playback::once(animation))
@@ -56,37 +59,60 @@ impl Scene {
     /// The box of [`Self::bounds`] over all animations that play, until the longest has ended, or twice as long where
     /// it repeats.
     pub fn bounds_of(&self, playback: &Playback) -> Bounds {
-        let times = self.sample_times(playback);
-        let points: Vec<Cow<[Vec3]>> = self.meshes.iter().map(|m| hull_points(&m.positions, times.len())).collect();
+        let moves = self.moving_nodes();
+        let moved = |instance: &Instance| {
+            moves[instance.node] || self.meshes[instance.mesh].deform.is_some() && !playback.animations.is_empty()
+        };
+        let moving: Vec<&Instance> = self.instances.iter().filter(|instance| moved(instance)).collect();
+        let times = if moving.is_empty() { vec![] } else { self.sample_times(playback, moving.len()) };
+        let points: Vec<Cow<[Vec3]>> =
+            self.meshes.iter().map(|m| hull_points(&m.positions, times.len().max(1))).collect();
         let deforming = self.meshes.iter().filter_map(|mesh| mesh.deform.as_ref());
         let deformed: usize = deforming.map(|deform| deform.positions.len()).sum();
         let every = deformed.saturating_mul(times.len()).div_ceil(DEFORMED_SAMPLES_MAX).max(1);
+        let include = |bounds: Bounds, instance: &Instance, world: &DAffine3, pose: &Pose| {
+            let place = |p: &Vec3| world.transform_point3(p.as_dvec3());
+            let mesh = &self.meshes[instance.mesh];
+            match mesh.deform {
+                Some(_) => mesh.posed_positions(pose).iter().map(place).fold(bounds, Bounds::include),
+                None => points[instance.mesh].iter().map(place).fold(bounds, Bounds::include),
+            }
+        };
+        let still = self.at_moment(playback, 0.0, |world, deforms| {
+            let pose = Pose { deforms, ..Pose::default() };
+            let still = self.instances.iter().filter(|instance| !moved(instance));
+            still.fold(Bounds::EMPTY, |bounds, instance| include(bounds, instance, &self.place(instance, world), &pose))
+        });
         let over = |numbered: &[(usize, f32)]| {
-            let (mut bounds, mut last) = (Bounds::EMPTY, Vec::new());
+            let (mut bounds, mut last) = (Bounds::EMPTY, vec![None; moving.len()]);
             for &(number, time) in numbered {
-                let pose = self.pose_of(playback, f64::from(time));
-                for (index, (instance, world)) in self.instances.iter().zip(&pose.world_from_instance).enumerate() {
-                    let place = |p: &Vec3| world.transform_point3(p.as_dvec3());
-                    let mesh = &self.meshes[instance.mesh];
-                    if mesh.deform.is_some() {
-                        if number.is_multiple_of(every) {
-                            bounds = mesh.posed_positions(&pose).iter().map(place).fold(bounds, Bounds::include);
+                bounds = self.at_moment(playback, f64::from(time), |world, deforms| {
+                    let (mut bounds, pose) = (bounds, Pose { deforms, ..Pose::default() });
+                    for (instance, last) in moving.iter().zip(&mut last) {
+                        let world = self.place(instance, world);
+                        // Many instances move at times alone.
+                        let shows = match self.meshes[instance.mesh].deform {
+                            Some(_) => number.is_multiple_of(every),
+                            None => *last != Some(world),
+                        };
+                        if shows {
+                            bounds = include(bounds, instance, &world, &pose);
                         }
-                    } else if last.get(index) != Some(world) {
-                        // Most instances do not move.
-                        bounds = points[instance.mesh].iter().map(place).fold(bounds, Bounds::include);
+                        *last = Some(world);
                     }
-                }
-                last = pose.world_from_instance;
+                    bounds
+                });
             }
             bounds
         };
         let numbered: Vec<(usize, f32)> = times.into_iter().enumerate().collect();
-        let part = numbered.len().div_ceil(rayon::current_num_threads());
-        numbered.par_chunks(part).map(over).reduce(|| Bounds::EMPTY, Bounds::union)
+        let part = numbered.len().div_ceil(rayon::current_num_threads()).max(1);
+        numbered.par_chunks(part).map(over).reduce(|| Bounds::EMPTY, Bounds::union).union(still)
     }
 
-    fn sample_times(&self, playback: &Playback) -> Vec<f32> {
+    /// `moving`: how many instances move.
+    fn sample_times(&self, playback: &Playback, moving: usize) -> Vec<f32> {
+        let most = (PLACES_MAX / (self.nodes.len() + moving)).clamp(TIMES_MIN, TIMES_MAX);
         let animations = || playback.animations.iter().filter_map(|&a| self.animations.get(a));
         let several = animations().count() > 1 && playback.repeats;
         let Some(longest) = animations().map(|a| a.duration).reduce(f32::max) else { return vec![0.0] };
@@ -94,7 +120,7 @@ impl Scene {
         let duration = if several { 2.0 * longest } else { longest };
         let uniform = |n: usize| (0..=n).map(move |i| duration * i as f32 / n as f32);
         // Many channels share their times.
-        let mut times: HashSet<u32> = uniform(UNIFORM_TIMES).map(f32::to_bits).collect();
+        let mut times: HashSet<u32> = uniform(UNIFORM_TIMES.min(most)).map(f32::to_bits).collect();
         let mut last = f32::NAN;
         let keys = animations().flat_map(|a| {
             let weights = a.weights.iter().flat_map(|c| &c.times);
@@ -106,8 +132,8 @@ impl Scene {
                 times.insert(key.to_bits());
             }
             last = key;
-            if times.len() > TIMES_MAX {
-                return uniform(TIMES_MAX).collect();
+            if times.len() > most {
+                return uniform(most).collect();
             }
         }
         let mut times: Vec<f32> = times.into_iter().map(f32::from_bits).collect();
@@ -122,7 +148,7 @@ impl Scene {
 
     /// The number of triangles of all instances without area in world space at `pose`.
     pub fn degenerate_triangles(&self, pose: &Pose) -> usize {
-        let count = |(instance, world): (&super::Instance, &DAffine3)| {
+        let count = |(instance, world): (&Instance, &DAffine3)| {
             let mesh = &self.meshes[instance.mesh];
             let positions = mesh.posed_positions(pose);
             let corner = |i: u32| world.transform_vector3(positions[i as usize].as_dvec3());

@@ -62,7 +62,7 @@ impl TreeSize {
 }
 
 /// Makes the trees of a scene when they are first asked for.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct TreesOnce {
     /// Where instances stood at first.
     pub world_from_instance: Vec<DAffine3>,

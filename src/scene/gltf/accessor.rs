@@ -25,6 +25,16 @@ pub struct Data<'a> {
     pub unpacked: Option<&'a Unpacked>,
     /// Which two sets of texture coordinates meshes of each material keep.
     pub uv_sets: &'a [[u32; 2]],
+    /// The vertices that are read; all where absent.
+    pub picked: Option<Picked<'a>>,
+}
+
+/// Few vertices of a primitive that has many.
+#[derive(Clone, Copy)]
+pub struct Picked<'a> {
+    pub vertices: &'a [u32],
+    /// How many there are, all below it.
+    pub of: usize,
 }
 
 /// One component, for which f64 has room, and the value that stands for 1 if it is normalised.
@@ -55,9 +65,13 @@ struct Elements<'a> {
 
 impl<'a> Elements<'a> {
     /// The bytes of each element.
-    fn iter(self) -> impl Iterator<Item = &'a [u8]> {
-        let Self { bytes, range: Range { offset, size, count }, stride } = self;
-        (0..count).map(move |i| &bytes[offset + i * stride..][..size])
+    fn iter(&self) -> impl Iterator<Item = &'a [u8]> {
+        (0..self.range.count).map(|i| self.at(i))
+    }
+
+    fn at(&self, index: usize) -> &'a [u8] {
+        let Self { bytes, range: Range { offset, size, .. }, stride } = *self;
+        &bytes[offset + index * stride..][..size]
     }
 }
 
@@ -152,6 +166,13 @@ impl<'a> Data<'a> {
         self.elements(&format!("accessor {index}"), view.value(), range).map(Some)
     }
 
+    /// How many elements accessor `index` has.
+    pub fn count(&self, index: usize) -> Result<usize, Problem> {
+        let layout = self.layout(index)?;
+        let elements = self.base(index, &layout)?;
+        Ok(elements.map_or_else(|| size(layout.accessor.count), |elements| elements.range.count))
+    }
+
     /// Whether accessor `index` lies within its buffer view. Sparse parts are checked when they are read.
     pub fn check(&self, index: usize) -> Result<(), Problem> {
         self.base(index, &self.layout(index)?).map(drop)
@@ -181,9 +202,20 @@ impl<'a> Data<'a> {
             Ok(value)
         };
         let count = size(accessor.count);
-        let mut out = match self.base(index, &layout)? {
-            Some(elements) => elements.iter().map(read).collect::<Result<Vec<_>, Problem>>()?,
-            None => vec![zero; count],
+        let base = self.base(index, &layout)?;
+        let has = base.as_ref().map_or(count, |elements| elements.range.count);
+        if let Some(Picked { of, .. }) = self.picked.filter(|picked| picked.of != has) {
+            return Err(format!("accessor {index} has {has} elements for {of} vertices; export the file again"));
+        }
+        let picked = |all: &dyn Fn(usize) -> Result<[T; N], Problem>| {
+            let picked = self.picked.into_iter().flat_map(|picked| picked.vertices);
+            picked.map(|&vertex| all(vertex as usize)).collect()
+        };
+        let mut out = match (base, &accessor.sparse) {
+            (Some(elements), None) if self.picked.is_some() => return picked(&|vertex| read(elements.at(vertex))),
+            (Some(elements), _) => elements.iter().map(read).collect::<Result<Vec<_>, Problem>>()?,
+            (None, None) if self.picked.is_some() => return picked(&|_| Ok(zero)),
+            (None, _) => vec![zero; count],
         };
         let Some(sparse) = &accessor.sparse else { return Ok(out) };
         let Checked::Valid(key) = sparse.indices.component_type else {
@@ -202,7 +234,7 @@ impl<'a> Data<'a> {
                 .ok_or_else(|| format!("accessor {index} has sparse index {at} of {count}; export the file again"))?;
             *slot = read(value)?;
         }
-        Ok(out)
+        if self.picked.is_some() { picked(&|vertex| Ok(out[vertex])) } else { Ok(out) }
     }
 
     /// Accessor `index` as vectors of `N` floats; `pad` completes shorter elements. glTF 2.0, 3.6.2.2 and 3.11: normalised

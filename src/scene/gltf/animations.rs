@@ -1,5 +1,7 @@
 //! Animation channels of node transforms and of morph targets' weights. Those of other properties are left out with a warning.
 
+use std::collections::HashMap;
+
 use glam::{DQuat, Vec3, Vec4};
 use gltf::json::animation::Interpolation as Source;
 use gltf::json::validation::Checked;
@@ -12,10 +14,11 @@ use super::nodes::Tree;
 use crate::scene::{Animation, Channel, Interpolation, Property, Scene, Transform, WeightChannel};
 
 pub fn load(data: &Data, tree: &Tree, scene: &mut Scene) -> Result<(), Problem> {
+    let deformers = scene.deformers.iter().enumerate().map(|(index, deformer)| (deformer.node, index)).collect();
     for (number, source) in data.document.animations.iter().enumerate() {
         let mut animation = Animation { name: source.name.clone(), ..Animation::default() };
         for channel in &source.channels {
-            let loading = Loading { data, tree, number, channel };
+            let loading = Loading { data, tree, deformers: &deformers, number, channel };
             let last = loading.load(scene, &mut animation)?;
             animation.duration = animation.duration.max(last);
         }
@@ -28,6 +31,8 @@ pub fn load(data: &Data, tree: &Tree, scene: &mut Scene) -> Result<(), Problem> 
 struct Loading<'a> {
     data: &'a Data<'a>,
     tree: &'a Tree,
+    /// By their nodes.
+    deformers: &'a HashMap<usize, usize>,
     number: usize,
     channel: &'a document::Channel,
 }
@@ -54,7 +59,7 @@ impl Loading<'_> {
             }
         };
         // Of the nodes that are not shown, or have nothing to morph, there is no deformer.
-        let deformer = scene.deformers.iter().position(|d| d.node == node);
+        let deformer = self.deformers.get(&node).copied();
         let width = if property.is_none() { deform::targets(data, index) } else { 0 };
         if property.is_none() && (deformer.is_none() || width == 0) {
             return Ok(0.0);

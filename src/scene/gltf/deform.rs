@@ -1,6 +1,7 @@
 //! Skins and morph targets of primitives. What no animation changes is applied once: weights of morph targets, where none sets
 //! them. The others become a [`Deform`] of the mesh.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat4, Vec3};
@@ -8,6 +9,7 @@ use gltf::json::mesh::{MorphTarget, Semantic};
 use gltf::json::{Accessor, Index};
 
 use super::accessor::{Data, Problem, missing};
+use super::document::Document;
 use super::mesh::Source;
 use super::nodes::Tree;
 use crate::scene::Mesh;
@@ -32,10 +34,10 @@ pub struct Applying {
     pub rest: DeformPose,
 }
 
-/// Whether an animation sets weights of the node's morph targets.
-pub fn morphs(data: &Data, node: usize) -> bool {
-    let channels = data.document.animations.iter().flat_map(|animation| &animation.channels);
-    channels.into_iter().any(|c| c.target.node == Some(node) && c.target.path == "weights") && targets(data, node) > 0
+/// The nodes of whose morph targets an animation sets the weights.
+pub fn morphed(document: &Document) -> HashSet<usize> {
+    let channels = document.animations.iter().flat_map(|animation| &animation.channels);
+    channels.filter(|channel| channel.target.path == "weights").filter_map(|channel| channel.target.node).collect()
 }
 
 /// Morph targets of a node's mesh.

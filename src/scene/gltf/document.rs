@@ -19,6 +19,7 @@ use super::container::shorten;
 #[derive(Deserialize, Default)]
 #[serde(default, rename_all = "camelCase")]
 pub struct Document {
+    pub asset: Option<Asset>,
     pub extensions_used: Vec<String>,
     pub extensions_required: Vec<String>,
     pub scene: Option<usize>,
@@ -50,9 +51,9 @@ pub struct Document {
 const WARNINGS_MAX: usize = 50;
 
 impl Document {
-    pub fn parse(source: Vec<u8>) -> Result<Self, serde_json::Error> {
-        let document: Self =
-            serde_json::from_slice(&source).or_else(|_| serde_json::from_slice(&plain_integers(&source)))?;
+    /// Parses a text in which whole numbers may be written as `1.0`.
+    pub fn parse_plain(source: Vec<u8>) -> Result<Self, serde_json::Error> {
+        let document: Self = serde_json::from_slice(&plain_integers(&source))?;
         Ok(Self { source, ..document })
     }
 

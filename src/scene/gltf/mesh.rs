@@ -1,11 +1,13 @@
 //! Converts one primitive into one [`Mesh`]: triangles of any mode, checked attributes, generated normals and tangents.
 
+use std::collections::HashMap;
+
 use glam::{Vec2, Vec3, Vec4};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked::Valid;
 
 use super::COORDINATE_MAX;
-use super::accessor::{Data, Problem};
+use super::accessor::{Data, Picked, Problem};
 use super::deform::{self, Applied};
 use super::draco;
 use super::tangents;
@@ -53,9 +55,15 @@ pub fn load(
         Some(m) => return Err(super::missing("material", m)),
         None => 0,
     };
+    source.count = data.count(position)?;
+    let mut indices = source.triangles(mode)?;
+    // Thousands of primitives may share one large buffer.
+    let vertices = (indices.len() < source.count / 2).then(|| pick(&mut indices));
+    let picked = vertices.as_ref().map(|vertices| Picked { vertices, of: source.count });
+    let data = &Data { picked, ..*data };
+    let count = vertices.as_ref().map_or(source.count, Vec::len);
+    let source = Source { data, count, ..source };
     let positions: Vec<Vec3> = data.floats::<3>(position, None)?.into_iter().map(Vec3::from).collect();
-    source.count = positions.len();
-    let indices = source.triangles(mode)?;
     let tangent_uvs = materials[material].tangent_uvs();
     let [first_uvs, second_uvs] = data.uv_sets[material];
     let mut mesh = Mesh {
@@ -220,7 +228,19 @@ fn complete_normals(mesh: &mut Mesh) -> bool {
     !broken.contains(&true)
 }
 
-/// Drops vertices that no triangle uses: primitives often share one large buffer, and bounds cover all vertices.
+/// The vertices that `indices` name, in the order in which these do first; these then count them.
+fn pick(indices: &mut [u32]) -> Vec<u32> {
+    let (mut new_indices, mut picked) = (HashMap::new(), Vec::new());
+    for index in indices {
+        *index = *new_indices.entry(*index).or_insert_with(|| {
+            picked.push(*index);
+            picked.len() as u32 - 1
+        });
+    }
+    picked
+}
+
+/// Drops vertices that no triangle uses: bounds cover all vertices.
 fn compact(mesh: &mut Mesh) {
     let mut new_indices = vec![u32::MAX; mesh.positions.len()];
     let mut kept = Vec::new();

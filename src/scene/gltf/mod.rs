@@ -24,7 +24,7 @@ mod specular_glossiness;
 mod tangents;
 mod webp;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::PoisonError;
 
@@ -35,6 +35,7 @@ pub(super) use self::container::list;
 use self::container::{Container, Folders};
 use self::document::Document;
 use self::need::{Kind, Need};
+use super::animation::World;
 use super::deform::Deformer;
 use super::{Instance, Material, Scene};
 use crate::Error;
@@ -132,7 +133,8 @@ impl Scene {
             let buffers = load_buffers(document, folders, file.binary, &mut need)?;
             buffers.iter().flatten().for_each(|bytes| hash_part(&mut hash, bytes));
             let decoded = meshopt::decode(document, &buffers, &mut need)?;
-            let data = &Data { document, buffers: &buffers, decoded: &decoded, unpacked: None, uv_sets: &[] };
+            let data =
+                &Data { document, buffers: &buffers, decoded: &decoded, unpacked: None, uv_sets: &[], picked: None };
             check::document(data)?;
             let tree = nodes::Tree::new(document)?;
             let shown = tree.reachable(document, &nodes::choose_roots(document, options.scene.as_deref())?)?;
@@ -177,7 +179,7 @@ fn hash_part(hash: &mut blake3::Hasher, bytes: &[u8]) {
     hash.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
 }
 
-/// Checks the version first, because a glTF 1.0 document has another structure.
+/// Reads the text once. Only where it does not fit, its version is looked for alone: a glTF 1.0 document has another structure.
 fn parse(path: &Path, json: Vec<u8>) -> Result<Document, Error> {
     #[derive(serde::Deserialize)]
     struct Head {
@@ -187,11 +189,24 @@ fn parse(path: &Path, json: Vec<u8>) -> Result<Document, Error> {
         let (what, line, column) = (container::shorten(&e.to_string()), e.line(), e.column());
         Error::file(path, format!("is not valid glTF at line {line}, column {column} ({what}); export the file again"))
     };
-    let head: Head = serde_json::from_slice(&json).map_err(broken)?;
-    let asset = head.asset.unwrap_or_default();
-    let version = asset.min_version.as_deref().unwrap_or(&asset.version);
+    match serde_json::from_slice::<Document>(&json) {
+        Ok(mut document) => {
+            document.source = json;
+            check_version(path, document.asset.as_ref())?;
+            Ok(document)
+        }
+        Err(_) => {
+            let head: Head = serde_json::from_slice(&json).map_err(broken)?;
+            check_version(path, head.asset.as_ref())?;
+            Document::parse_plain(json).map_err(broken)
+        }
+    }
+}
+
+fn check_version(path: &Path, asset: Option<&document::Asset>) -> Result<(), Error> {
+    let version = asset.map_or("", |asset| asset.min_version.as_deref().unwrap_or(&asset.version));
     match version.split('.').next() {
-        Some("2") if version == "2.0" || asset.min_version.is_none() => Document::parse(json).map_err(broken),
+        Some("2") if version == "2.0" || asset.is_some_and(|asset| asset.min_version.is_none()) => Ok(()),
         Some("") | None => {
             Err(Error::file(path, "states no asset.version, so it is not glTF 2.0; export the scene as glTF 2.0"))
         }
@@ -219,6 +234,7 @@ fn check_extensions(document: &Document, strict: bool) -> Result<(), Problem> {
         document
             .warn(format!("the extension {name} is required, but not supported: what uses it looks different{hint}"));
     }
+    let required: BTreeSet<_> = required.into_iter().collect();
     for name in document.extensions_used.iter().filter(unknown).filter(|name| !required.contains(name)) {
         let (hint, name) = (hint(name), container::shorten(name));
         document.warn(format!("the extension {name} is not supported and was ignored{hint}"));
@@ -275,7 +291,6 @@ fn load_buffers(
     opened.into_iter().enumerate().map(read).collect()
 }
 
-/// One mesh per primitive, shared by all nodes that use it without deformation.
 /// Checks that a node is not so far or large that its numbers overflow.
 fn check_near(node: usize, world: &DAffine3) -> Result<(), Problem> {
     // NaN, the product of 0 and an infinite scale, fails this comparison too.
@@ -285,19 +300,21 @@ fn check_near(node: usize, world: &DAffine3) -> Result<(), Problem> {
     }
 }
 
+/// One mesh per primitive, shared by all nodes that use it without deformation.
 fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
     let document = data.document;
     let places = shown.iter().filter(|&&index| document.nodes[index].mesh.is_some());
     let places = places.map(|&index| Ok((index, instancing::load(data, tree, index, scene)?)));
     let places = places.collect::<Result<Vec<_>, Problem>>()?;
-    let world = scene.world_from_nodes();
+    let world = World::new(&scene.nodes, &[], document.nodes.len());
+    let morphed = deform::morphed(document);
     let mut shared: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (index, places) in places {
         let node = &document.nodes[index];
         let Some(mesh_index) = node.mesh else { continue };
-        places.clone().try_for_each(|place| check_near(index, &world[place]))?;
+        places.clone().try_for_each(|place| check_near(index, &world.of(place)))?;
         document.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index))?;
-        let morphs = deform::morphs(data, index);
+        let morphs = morphed.contains(&index) && deform::targets(data, index) > 0;
         let own = node.skin.is_some() || node.weights.is_some() || morphs;
         let meshes = match shared.get(&mesh_index).filter(|_| !own) {
             Some(meshes) => meshes.clone(),
@@ -313,7 +330,7 @@ fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Sce
                         index: scene.deformers.len(),
                         joints: (deformer.joints.len() as u32).checked_sub(1),
                         morphs,
-                        rest: deformer.pose(&world, deformer.weights.clone()),
+                        rest: deformer.pose(&world.inner, deformer.weights.clone()),
                     });
                     scene.deformers.push(deformer);
                 }

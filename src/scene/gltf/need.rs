@@ -3,15 +3,13 @@
 //! The sums are estimates from above, for loading and for the copies that rendering makes: small files can describe scenes
 //! that no machine holds, and a program that runs out of memory is killed without a word.
 
-use std::collections::HashSet;
-
 use gltf::json;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked::Valid;
 
 use super::accessor::Problem;
 use super::document::{Document, Node, size};
-use super::{draco, instancing};
+use super::{deform, draco, instancing};
 use crate::memory::{Limit, apart};
 
 /// Kind of thing that takes the memory.
@@ -172,9 +170,7 @@ impl Need {
         let sizes: Vec<MeshSize> = document.meshes.iter().map(|mesh| MeshSize::new(document, mesh)).collect();
         let mut loaded = vec![false; sizes.len()];
         let (mut read, mut packed) = (0, 0);
-        let channels = document.animations.iter().flat_map(|animation| &animation.channels);
-        let weights = channels.filter(|channel| channel.target.path == "weights");
-        let morphed: HashSet<usize> = weights.filter_map(|channel| channel.target.node).collect();
+        let morphed = deform::morphed(document);
         for (index, node) in shown.iter().map(|&index| (index, &document.nodes[index])) {
             let Some((mesh, size)) = node.mesh.and_then(|mesh| Some((mesh, sizes.get(mesh)?))) else { continue };
             let times = instancing::count(document, node);
@@ -234,7 +230,8 @@ struct MeshSize {
     corners: u64,
     /// Vertices that loading keeps.
     kept: u64,
-    /// Elements of attributes and of used morph targets that have no data in the file, so that the file's size is no limit.
+    /// Elements of attributes and of used morph targets that have no data in the file, so that the file's size is no limit, or sparse
+    /// data, which is read whole for each primitive.
     unbacked: u64,
     /// Vertices times morph targets, and vertices times sets of joints.
     targets: u64,
@@ -261,7 +258,8 @@ impl MeshSize {
             let differences =
                 primitive.targets.iter().flatten().flat_map(|t| [t.positions, t.normals, t.tangents]).flatten();
             let unbacked = primitive.attributes.values().copied().chain(differences).map(|a| a.value());
-            let unbacked = unbacked.filter(|&a| document.accessors.get(a).is_some_and(|a| a.buffer_view.is_none()));
+            let unbacked = unbacked
+                .filter(|&a| document.accessors.get(a).is_some_and(|a| a.buffer_view.is_none() || a.sparse.is_some()));
             let unbacked = unbacked.fold(0u64, |sum, a| sum.saturating_add(elements(document, a)));
             sum.primitives += 1;
             sum.corners = sum.corners.saturating_add(corners);

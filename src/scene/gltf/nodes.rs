@@ -11,6 +11,7 @@ use super::accessor::{Problem, missing};
 use super::check_near;
 use super::container::list;
 use super::document::Document;
+use crate::scene::animation::World;
 use crate::scene::{Camera, Light, LightKind, Node, Projection, Scene, Transform};
 
 pub const VISIBILITY: &str = "KHR_node_visibility";
@@ -159,14 +160,14 @@ fn projection(camera: &json::Camera) -> Option<Projection> {
 }
 
 pub fn load_lights(document: &Document, tree: &Tree, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
-    let world = scene.world_from_nodes();
+    let world = World::new(&scene.nodes, &[], scene.nodes.len());
     for &index in shown {
         let node = &document.nodes[index];
         let Some(number) = node.extensions.khr_lights_punctual.as_ref().map(|l| l.light.value()) else { continue };
         let source = document.lights().get(number).ok_or_else(|| missing("light", number))?;
         let mut light = light(document, number, source)?;
         light.node = tree.slot[index];
-        check_near(index, &world[light.node])?;
+        check_near(index, &world.of(light.node))?;
         if light.name.is_empty() {
             light.name = node.name.clone();
         }

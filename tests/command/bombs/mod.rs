@@ -3,6 +3,7 @@
 #![cfg(target_os = "linux")]
 
 use crate::cli_common;
+mod many;
 mod more;
 
 use std::fs;

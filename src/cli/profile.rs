@@ -11,8 +11,8 @@ use twobounce::output::file;
 use twobounce::profile::copy::{self, CopyRates};
 use twobounce::profile::costs::{self, PassCost, Work};
 use twobounce::profile::growth::{self, Along, Found, Growth};
-use twobounce::profile::{Subject, plot};
-use twobounce::vk::Context;
+use twobounce::profile::{Subject, executables, plot};
+use twobounce::vk::{Context, Executable};
 use twobounce::{Error, Result};
 
 use super::args::{RunArgs, SceneArgs, SettingsArgs};
@@ -58,6 +58,8 @@ struct ProfileReport {
     render: RenderReport,
     copy: CopyRates,
     costs: Vec<PassCost>,
+    /// Null where the driver tells nothing of its programs.
+    executables: Option<Vec<Executable>>,
     growth: Vec<Growth>,
 }
 
@@ -68,7 +70,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
     let inputs = [Some(&args.scene.path), args.settings.config.as_ref()];
     outputs::check(&inputs, &[args.json.as_ref(), args.plot.as_ref()])?;
     interrupt::install()?;
-    let (opened, context) = args.scene.open_on(&args.run)?;
+    let (opened, context) = args.scene.open_on_describing(&args.run)?;
     let settings = opened.fitted(settings);
     let (scene, size, (pose, view)) = (&opened.scene, opened.size, opened.at_time());
     let mut render = RenderReport::new(&opened, &settings, &context);
@@ -83,6 +85,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
     let line = progress::Work::begin(&format!("{}: profile", scene.name));
     let frames = subject.run(&context, args.frames)?;
     render.add(&frames);
+    let executables = context.executables()?;
     let timings = frames.timings;
     out::write(&timings.table());
     out::write(&report::counters_text(&timings));
@@ -95,6 +98,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
     let work = Work { method: settings.method, frame: &counters, pixels, copy: &copy };
     let costs = costs::costs(&timings.passes(), &counted, &work);
     out::write(&format!("\n{}", costs::table(&costs, &copy)));
+    out::write(&format!("\n{}", executables::table(executables.as_deref(), &context.name)));
     drop(line);
     let runs = if args.growth { growth::runs(&subject) } else { Vec::new() };
     let mut growing = Growing { subject, frames: args.frames.min(GROWTH_FRAMES), runs, found: Vec::new() };
@@ -111,7 +115,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
         say!("wrote {}", out::name(path));
     }
     if let Some(path) = &args.json {
-        file::write_json(path, &ProfileReport { version: VERSION, render, copy, costs, growth })?;
+        file::write_json(path, &ProfileReport { version: VERSION, render, copy, costs, executables, growth })?;
         say!("wrote {}", out::name(path));
     }
     Ok(ExitCode::SUCCESS)
@@ -157,6 +161,7 @@ impl Experiment for Growing<'_> {
 mod tests {
     use super::*;
     use twobounce::profile::growth::PassGrowth;
+    use twobounce::vk::{Statistic, StatisticValue};
 
     #[test]
     fn the_keys_are_those_of_the_page() {
@@ -167,11 +172,13 @@ mod tests {
             left_out: vec!["why".into()],
             ..Growth::default()
         };
+        let statistic = Statistic { name: "n".into(), description: "d".into(), value: StatisticValue::Unsigned(1) };
         let report = ProfileReport {
             version: VERSION,
             render: report::tests::report(),
             copy: CopyRates::default(),
             costs: vec![PassCost::default()],
+            executables: Some(vec![Executable { statistics: vec![statistic], ..Executable::default() }]),
             growth: vec![growth],
         };
         report::tests::assert_documented(&report, VERSION, "The file that `twobounce profile", &["render"]);

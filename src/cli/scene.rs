@@ -148,8 +148,16 @@ impl SceneArgs {
 
     /// Opens the scene and the device, and prints what they are.
     pub fn open_on(&self, run: &RunArgs) -> Result<(Opened, Arc<Context>)> {
-        // The device comes first, for its limits; what is wrong with the scene is said first.
-        let context = run.device.open(self.size);
+        self.open_with(run.device.open(self.size), run)
+    }
+
+    /// As [`Self::open_on`], on a device whose driver describes the pipelines where it can.
+    pub fn open_on_describing(&self, run: &RunArgs) -> Result<(Opened, Arc<Context>)> {
+        self.open_with(run.device.open_by(Context::describing, self.size), run)
+    }
+
+    /// The device comes first, for its limits; what is wrong with the scene is said first.
+    fn open_with(&self, context: Result<Arc<Context>>, run: &RunArgs) -> Result<(Opened, Arc<Context>)> {
         let limits = context.as_ref().map_or_else(|_| LoadOptions::default(), |context| limits(context, run));
         let opened = self.open_within(limits)?;
         let context = context?;

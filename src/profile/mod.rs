@@ -1,10 +1,11 @@
 //! Costs of a frame: time of each pass per unit of its work, bytes read in an instrumented frame compared with the
-//! device's copy rate, and how times grow. `twobounce profile` shows them.
+//! device's copy rate, what the driver made of the shaders, and how times grow. `twobounce profile` shows them.
 
 pub mod audit;
 pub mod copy;
 pub mod costs;
 pub mod counts;
+pub mod executables;
 pub mod growth;
 pub mod plot;
 

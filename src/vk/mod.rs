@@ -25,6 +25,8 @@ pub use ash::vk::{
     SamplerMipmapMode,
 };
 pub use device::context::{Context, ContextOptions};
+#[cfg_attr(not(internals), doc(hidden))]
+pub use device::executables::{Executable, Statistic, StatisticValue};
 pub use device::features::{FeatureStructs, Features, required_extensions, required_features};
 pub use device::host::{HostDevice, missing};
 pub use device::instance::{DeviceKind, DeviceReport, devices};

@@ -61,6 +61,13 @@ pub fn counting() -> Arc<Context> {
     Context::counting(&options).expect("a device that twobounce can use")
 }
 
+/// A context of one test's own whose driver describes the pipelines, where it can.
+pub fn describing() -> Arc<Context> {
+    take_planted_shaders();
+    let options = ContextOptions { validation: true, ..Default::default() };
+    Context::describing(&options).expect("a device that twobounce can use")
+}
+
 /// Settings with some changed, each `key=value`.
 pub fn with(mut settings: Settings, changes: &[&str]) -> Settings {
     changes.iter().for_each(|change| settings.set(change).expect("a setting"));

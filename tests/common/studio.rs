@@ -63,8 +63,13 @@ pub struct Studio {
 
 impl Studio {
     pub fn new(scene: &Scene, settings: &Settings) -> Self {
+        Self::of_size(scene, settings, 16)
+    }
+
+    /// Images are `size` pixels wide and high.
+    pub fn of_size(scene: &Scene, settings: &Settings, size: u32) -> Self {
         let context = gpu::context();
-        let options = RenderOptions::new((16, 16), scene.bounds(None));
+        let options = RenderOptions::new((size, size), scene.bounds(None));
         let pose = scene.pose(None, 0.0);
         let renderer = Renderer::new(&context, scene.clone(), &pose, settings.clone(), options).expect("it fits");
         Self { context, renderer, view: View::framing(scene.bounds(None)) }

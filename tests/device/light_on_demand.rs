@@ -96,3 +96,35 @@ fn frames_that_light_what_comes_into_view_are_those_that_start_anew() {
         assert!(image == fresh.image(pose).0, "frame {number} is another");
     }
 }
+
+/// Looking the other way.
+fn turned(view: View) -> View {
+    View { forward: -view.forward, ..view }
+}
+
+/// With all bounces everything is lit, whoever sees it: a camera that turns around finds in its first frame the light that one
+/// finds which looked there all along. So it does after things and lights have moved behind its back.
+#[test]
+fn with_all_bounces_what_comes_into_view_is_lit_in_its_first_frame() {
+    let (gallery, room) = (asset("gallery.glb"), room());
+    let still = gallery.pose(None, 0.0);
+    let in_gallery = View { eye: gallery.bounds(None).center(), ..gallery.view(&still, 0) };
+    for (scene, there, poses) in
+        [(&gallery, in_gallery, vec![still]), (&room, within(room.bounds(None)), moved_poses(&room).to_vec())]
+    {
+        let settings = gpu::with(Settings::fast(), &["voxels=32", "bounces=all", "rays.passes=2"]);
+        let [mut turns, mut stands] = [(); 2].map(|()| Studio::of_size(scene, &settings, 96));
+        stands.view = there;
+        for (number, pose) in poses.iter().enumerate() {
+            turns.view = turned(there);
+            let (behind, _) = turns.image(pose);
+            let (before, _) = stands.image(pose);
+            assert!(behind != before, "pose {number}: both look the same way");
+            turns.view = there;
+            let (found, passes) = turns.image(pose);
+            let (whole, _) = stands.image(pose);
+            let off = found.iter().zip(&whole).filter(|(a, b)| a != b).count();
+            assert_eq!(off, 0, "pose {number}: so many of {} values differ; {passes:?}", whole.len());
+        }
+    }
+}

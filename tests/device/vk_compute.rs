@@ -4,6 +4,8 @@ use crate::gpu;
 
 use bytemuck::{Pod, Zeroable};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::LazyLock;
+use twobounce::profile::executables::table;
 use twobounce::vk::{
     self, Bind, Binding, BindingKind, Buffer, BufferKind, CommandLog, Compute, ComputeDesc, Constant, Recorder,
     RecorderOptions, Stage, ZoneKind,
@@ -229,4 +231,50 @@ fn too_large_a_buffer_is_refused_in_one_sentence() {
     assert!(matches!(error, twobounce::Error::Memory(_)), "{message}");
     assert!(message.contains("triangles") && message.contains("MiB") && !message.contains('\n'), "{message}");
     gpu::assert_clean(&gpu::context());
+}
+
+#[test]
+fn programs_are_described_where_the_driver_can() {
+    let plain = gpu::context();
+    assert_eq!(plain.executables().unwrap(), None, "nobody asked");
+    let context = gpu::describing();
+    let constants = &[("SCALE", 3u32.into())];
+    let _pass = Compute::new(&context, &ComputeDesc { label: "copy", shader: "test/copy.comp", constants }).unwrap();
+    let told = context.executables().unwrap();
+    match &told {
+        Some(programs) => {
+            let [program] = &programs[..] else { panic!("one shader is {programs:?}") };
+            assert!(program.pipeline == "copy" && program.subgroup_size > 0 && !program.name.is_empty());
+            assert!(!program.statistics.is_empty(), "{program:?}");
+        }
+        None => assert!(!*SAYS_MUCH, "{} describes nothing", context.name),
+    }
+    print!("{}", table(told.as_deref(), &context.name));
+    assert_eq!(context.take_validation_messages(), Vec::<String>::new());
+    if *SAYS_MUCH {
+        std::mem::forget(context); // without a card RADV cannot wait for its device, and so not end it
+    }
+}
+
+/// Set where the driver is known to describe programs.
+static SAYS_MUCH: LazyLock<bool> = LazyLock::new(|| std::env::var_os("TWOBOUNCE_TEST_DESCRIBES").is_some());
+
+/// RADV compiles for a card that is not there; what is submitted to it does nothing.
+#[test]
+fn a_compiler_for_cards_describes_programs_without_a_card() {
+    let driver = std::path::Path::new("/usr/share/vulkan/icd.d/radeon_icd.x86_64.json");
+    if !driver.exists() {
+        println!("{} is missing: reading what a driver tells of programs is not tested", driver.display());
+        return;
+    }
+    let test = "vk_compute::programs_are_described_where_the_driver_can";
+    let mut command = std::process::Command::new(std::env::current_exe().unwrap());
+    command.args(["--exact", test, "--nocapture"]).env("TWOBOUNCE_TEST_DESCRIBES", "1");
+    command.env("RADV_FORCE_FAMILY", "navi21").env_remove("TWOBOUNCE_DEVICE");
+    let output = command.env("VK_DRIVER_FILES", driver).env("VK_ICD_FILENAMES", driver).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{told}{}", String::from_utf8_lossy(&output.stderr));
+    for word in ["1 passed", "copy", "VGPRs", "Spilled VGPRs", "Scratch size"] {
+        assert!(told.contains(word), "{word} is not in\n{told}");
+    }
 }

@@ -54,19 +54,26 @@ fn pick(wanted: &str, names: &[String]) -> Result<usize> {
     })
 }
 
-/// Makes the device with exactly these extensions and features, and one queue.
+/// Makes the device with exactly these extensions and features, and one queue. `describes`: with the feature of
+/// `VK_KHR_pipeline_executable_properties`, which is among the extensions.
 pub(in crate::vk) fn open<'a>(
     instance: &Instance,
     physical: vk::PhysicalDevice,
     queue_family: u32,
     extensions: &'a [&'a CStr],
     features: Features,
+    describes: bool,
 ) -> std::result::Result<HostDevice<'a>, vk::Result> {
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
     let names: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
     let mut chained = features.structs();
     let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&names);
-    let info = chained.chain(info);
+    let mut executables =
+        vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default().pipeline_executable_info(true);
+    let mut info = chained.chain(info);
+    if describes {
+        info = info.push_next(&mut executables);
+    }
     // SAFETY: the caller checked that every extension and feature exists.
     let device = unsafe { instance.raw.create_device(physical, &info, None) }?;
     // SAFETY: the family has the queue that was asked for.

@@ -27,6 +27,16 @@ pub struct ContextOptions {
     pub validation: bool,
 }
 
+/// What the pipelines of a context tell beside what they are for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::vk) enum Telling {
+    Nothing,
+    /// What they read.
+    Reads,
+    /// What the driver made of them.
+    Executables,
+}
+
 /// An image that is still to be brought into its layout, and the barrier that does.
 pub(in crate::vk) type FirstTransition = (Weak<dyn Any + Send + Sync>, vk::ImageMemoryBarrier2<'static>);
 
@@ -40,6 +50,8 @@ pub struct Context {
     pub is_cpu: bool,
     /// Pipelines count what they read; see [`Context::counting`].
     pub(in crate::vk) counting: bool,
+    /// Where pipelines are described: see [`Context::describing`].
+    pub(in crate::vk) executable_properties: Option<ash::khr::pipeline_executable_properties::Device>,
     #[cfg_attr(not(internals), doc(hidden))]
     pub limits: vk::PhysicalDeviceLimits,
     /// `VK_EXT_conservative_rasterization` is enabled: [`RasterDesc::conservative`](crate::vk::RasterDesc) can be asked for.
@@ -77,25 +89,37 @@ pub struct Context {
 impl Context {
     /// Finds the device and opens it. `Error::Device` says in one sentence what is missing and how to get it.
     pub fn new(options: &ContextOptions) -> Result<Arc<Self>> {
-        Self::with(options, false)
+        Self::with(options, Telling::Nothing)
     }
 
     /// A device on which every shader that can (`glsl/common/count.glsl`) counts what it reads, zone by zone: slower, and
     /// the same images. The counts come with the zones' times.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn counting(options: &ContextOptions) -> Result<Arc<Self>> {
-        Self::with(options, true)
+        Self::with(options, Telling::Reads)
     }
 
-    fn with(options: &ContextOptions, counting: bool) -> Result<Arc<Self>> {
+    /// A device whose driver keeps what it knows of the pipelines, where it can, for [`Context::executables`]. It may
+    /// then compile pipelines anew that it would have found in its cache. The pipelines are the same.
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub fn describing(options: &ContextOptions) -> Result<Arc<Self>> {
+        Self::with(options, Telling::Executables)
+    }
+
+    fn with(options: &ContextOptions, asked: Telling) -> Result<Arc<Self>> {
         let instance = Instance::new(options.validation, &[])?;
         let (physical, capabilities) = choose(&instance, options.device.as_deref())?;
         let name = capabilities.name();
         let queue_family = capabilities.queue_family.expect("checked among the needs");
-        let extensions = capabilities.enabled_extensions();
-        let host = open(&instance, physical, queue_family, &extensions, capabilities.enabled_features())
+        let mut extensions = capabilities.enabled_extensions();
+        let describes = asked == Telling::Executables && capabilities.describes_executables;
+        let telling = if asked == Telling::Executables && !describes { Telling::Nothing } else { asked };
+        if describes {
+            extensions.push(ash::khr::pipeline_executable_properties::NAME);
+        }
+        let host = open(&instance, physical, queue_family, &extensions, capabilities.enabled_features(), describes)
             .map_err(|result| Error::Device(format!("{name} cannot be opened ({result})")))?;
-        Self::assemble(host, capabilities, Some(instance), counting)
+        Self::assemble(host, capabilities, Some(instance), telling)
     }
 
     /// How many pipelines were compiled so far.
@@ -116,7 +140,7 @@ impl Context {
         host: HostDevice<'_>,
         capabilities: Capabilities,
         own: Option<Instance>,
-        counting: bool,
+        telling: Telling,
     ) -> Result<Arc<Self>> {
         let HostDevice { instance, physical_device: physical, queue, queue_family, .. } = host;
         let name = capabilities.name();
@@ -143,7 +167,9 @@ impl Context {
         Ok(Arc::new(Self {
             driver: capabilities.driver.clone(),
             api_version: version_of(&capabilities.properties),
-            counting,
+            counting: telling == Telling::Reads,
+            executable_properties: (telling == Telling::Executables)
+                .then(|| ash::khr::pipeline_executable_properties::Device::new(&instance, &device)),
             is_cpu: DeviceKind::of(capabilities.properties.device_type) == DeviceKind::Cpu,
             limits: capabilities.properties.limits,
             conservative_rasterization: enabled(ash::ext::conservative_rasterization::NAME),

@@ -1,6 +1,6 @@
 //! A device that a host made.
 
-use super::context::Context;
+use super::context::{Context, Telling};
 use super::features::{Features, required_extensions};
 use super::needs::{Capabilities, serves};
 use crate::{Error, Result};
@@ -50,7 +50,7 @@ impl Context {
     pub unsafe fn adopt(host: HostDevice<'_>) -> Result<Arc<Self>> {
         let capabilities = Capabilities::query(&host.instance, host.api_version, host.physical_device);
         check(&host, &capabilities)?;
-        Self::assemble(host, capabilities, None, false)
+        Self::assemble(host, capabilities, None, Telling::Nothing)
     }
 }
 

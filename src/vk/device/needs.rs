@@ -27,6 +27,8 @@ pub(in crate::vk) struct Capabilities {
     pub(in crate::vk) queue_family: Option<u32>,
     pub(in crate::vk) extensions: BTreeSet<String>,
     features: Features,
+    /// `VK_KHR_pipeline_executable_properties` and its feature are there.
+    pub(in crate::vk) describes_executables: bool,
     /// The lower one of the device's version and of what the instance was made with.
     pub(in crate::vk) version: u32,
 }
@@ -57,6 +59,7 @@ impl Capabilities {
             queue_family,
             extensions,
             features: Features::default(),
+            describes_executables: false,
             version: properties.api_version.min(instance_version),
         };
         if this.version >= vk::API_VERSION_1_2 {
@@ -80,7 +83,11 @@ impl Capabilities {
         let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
         let mut rendering = vk::PhysicalDeviceDynamicRenderingFeatures::default();
         let mut sync2 = vk::PhysicalDeviceSynchronization2Features::default();
+        let mut executables = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
         let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan12);
+        if self.has_extension(ash::khr::pipeline_executable_properties::NAME) {
+            features = features.push_next(&mut executables);
+        }
         if self.is_1_3() || self.has_extension(ash::khr::dynamic_rendering::NAME) {
             features = features.push_next(&mut rendering);
         }
@@ -95,6 +102,7 @@ impl Capabilities {
             synchronization2: sync2.synchronization2 == vk::TRUE,
             ..Features::of(&core, &vulkan12, &vk::PhysicalDeviceVulkan13Features::default())
         };
+        self.describes_executables = executables.pipeline_executable_info == vk::TRUE;
         self.max_push_descriptors = push.max_push_descriptors;
         self.max_allocation_bytes = maintenance.max_memory_allocation_size;
         let (seen, usage) =

@@ -40,6 +40,11 @@ impl Pipelines {
         self.compiled.load(Ordering::Relaxed)
     }
 
+    /// Each pipeline's label and the pipeline, waited for.
+    pub(in crate::vk) fn labelled(&self) -> Vec<(String, std::result::Result<vk::Pipeline, vk::Result>)> {
+        self.kept().iter().map(|(_, pipeline)| (pipeline.label().to_owned(), pipeline.made())).collect()
+    }
+
     fn kept(&self) -> MutexGuard<'_, Vec<Kept>> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }

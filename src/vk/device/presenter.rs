@@ -1,7 +1,7 @@
 //! A device that presents to a window. It draws a picture and a panel, so it need not have what passes need.
 
 use super::choose::open;
-use super::context::Context;
+use super::context::{Context, Telling};
 use super::features::Features;
 use super::host::HostDevice;
 use super::instance::{Instance, VERSION};
@@ -62,13 +62,13 @@ impl Presenter {
             .min_by_key(|(.., capabilities)| capabilities.name() != name)
             .ok_or_else(|| Error::Device("no Vulkan 1.3 device presents to this display".into()))?;
         let features = Features { dynamic_rendering: true, synchronization2: true, ..Features::default() };
-        let host = open(&instance, physical, queue_family, &[khr::swapchain::NAME], features).map_err(failed)?;
+        let host = open(&instance, physical, queue_family, &[khr::swapchain::NAME], features, false).map_err(failed)?;
         let swapchains = khr::swapchain::Device::new(&instance.raw, &host.device);
         // SAFETY: the family has the queue that `open` asked for.
         let queue = unsafe { host.device.get_device_queue(queue_family, 0) };
         // The panel's one pipeline is not worth a cache of its own in a file.
         let host = HostDevice { pipeline_cache: Some(vk::PipelineCache::null()), ..host };
-        let context = Context::assemble(host, capabilities, Some(instance), false)?;
+        let context = Context::assemble(host, capabilities, Some(instance), Telling::Nothing)?;
         let allocator = Arc::clone(&context.allocator);
         Ok(Self { surface, surfaces, swapchains, physical, queue, queue_family, allocator, context })
     }

@@ -18,6 +18,8 @@ pub(in crate::vk) struct Making {
     device: ash::Device,
     debug_utils: Option<ash::ext::debug_utils::Device>,
     cache: vk::PipelineCache,
+    /// Statistics are kept where the context describes its pipelines.
+    flags: vk::PipelineCreateFlags,
     layout: vk::PipelineLayout,
     label: String,
     /// In pipeline order, with their words.
@@ -66,10 +68,15 @@ impl RasterState {
 impl Making {
     /// For `raw`, whose layout is there. `constants`: all that its shaders depend on.
     pub(in crate::vk) fn new(context: &Context, raw: &RawPipeline, constants: &[Constant]) -> Self {
+        let flags = match context.executable_properties {
+            Some(_) => vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR,
+            None => vk::PipelineCreateFlags::empty(),
+        };
         Self {
             device: context.device().clone(),
             debug_utils: context.debug_utils.clone(),
             cache: context.pipeline_cache.handle,
+            flags,
             layout: raw.layout,
             label: raw.label.clone(),
             stages: raw.stages.iter().map(|info| (info.stage.flag(), shader::spirv(info.shader))).collect(),
@@ -106,7 +113,8 @@ impl Making {
         let made = match &self.raster {
             Some(state) => self.make_raster(state, stages),
             None => {
-                let info = [vk::ComputePipelineCreateInfo::default().stage(stages[0]).layout(self.layout)];
+                let info =
+                    [vk::ComputePipelineCreateInfo::default().flags(self.flags).stage(stages[0]).layout(self.layout)];
                 // SAFETY: the info is complete and refers to live objects.
                 unsafe { self.device.create_compute_pipelines(self.cache, &info, None) }
             }
@@ -145,6 +153,7 @@ impl Making {
             .color_attachment_formats(&state.color_formats)
             .depth_attachment_format(state.depth.map_or(vk::Format::UNDEFINED, |depth| depth.format));
         let info = [vk::GraphicsPipelineCreateInfo::default()
+            .flags(self.flags)
             .stages(stages)
             .vertex_input_state(&vertex_input)
             .input_assembly_state(&assembly)

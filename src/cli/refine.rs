@@ -28,7 +28,7 @@ const TRIAL_SCALE: u32 = 8;
 #[derive(Args, Clone, Debug, Default)]
 pub struct RefineArgs {
     /// Add passes over the image until the root mean square of its pixels' relative error is at most this, by its own estimate, or
-    /// take those of image.passes alone [default: 2 for a still image without --timings, --json, --trace and image.passes, else off]
+    /// take those of image.passes alone [default: 2 with --time-limit, else off]
     #[arg(long, value_name = "PERCENT|off", value_parser = Noise::read, allow_negative_numbers = true)]
     pub noise: Option<Noise>,
     /// Add no more passes once the command has taken this long, such as 90s or 5min
@@ -62,12 +62,12 @@ pub struct Refinement {
 }
 
 impl Refinement {
-    /// `still`: a single image that is made to be looked at. None where `image.passes` alone counts.
-    pub fn new(args: &RefineArgs, still: bool, settings: &Settings, began: Instant) -> Option<Self> {
+    /// None where `image.passes` alone counts.
+    pub fn new(args: &RefineArgs, began: Instant) -> Option<Self> {
         let noise = match args.noise {
             Some(Noise::Off) => return None,
             Some(Noise::AtMost(noise)) => noise,
-            None if args.time_limit.is_some() || still && settings.image.passes == 1 => NOISE,
+            None if args.time_limit.is_some() => NOISE,
             None => return None,
         };
         let until = args.time_limit.map(|limit| began + limit);
@@ -183,19 +183,13 @@ mod tests {
     }
 
     #[test]
-    fn stills_are_refined_and_others_where_it_is_asked_for() {
-        let (one, now) = (Settings::default(), Instant::now());
-        let mut two = one.clone();
-        two.set("image.passes=2").unwrap();
-        let goal = |noise, limit, still, settings| {
-            Refinement::new(&args(noise, limit), still, settings, now).map(|refinement| refinement.noise)
-        };
-        assert_eq!(goal(None, None, true, &one), Some(NOISE));
-        assert_eq!(goal(None, None, false, &one), None);
-        assert_eq!(goal(None, None, true, &two), None);
-        assert_eq!(goal(None, Some(5), false, &two), Some(NOISE));
-        assert_eq!(goal(Some(Noise::AtMost(0.1)), None, false, &two), Some(0.1));
-        assert_eq!(goal(Some(Noise::Off), Some(5), true, &one), None);
+    fn images_are_refined_where_it_is_asked_for() {
+        let goal =
+            |noise, limit| Refinement::new(&args(noise, limit), Instant::now()).map(|refinement| refinement.noise);
+        assert_eq!(goal(None, None), None);
+        assert_eq!(goal(None, Some(5)), Some(NOISE));
+        assert_eq!(goal(Some(Noise::AtMost(0.1)), None), Some(0.1));
+        assert_eq!(goal(Some(Noise::Off), Some(5)), None);
         assert_eq!(Noise::read("off"), Ok(Noise::Off));
         assert_eq!(Noise::read("5"), Ok(Noise::AtMost(0.05)));
         assert!(["0", "-1", "on", "nan", ""].iter().all(|text| Noise::read(text).is_err()));
@@ -203,8 +197,7 @@ mod tests {
 
     #[test]
     fn passes_are_added_until_the_image_is_good_or_time_is_over() {
-        let settings = Settings::default();
-        let new = |limit_s, began| Refinement::new(&args(None, limit_s), true, &settings, began).unwrap();
+        let new = |limit_s, began| Refinement::new(&args(Some(Noise::AtMost(NOISE)), limit_s), began).unwrap();
         let mut open = new(None, Instant::now());
         assert!(open.lacks(1, &report(None)) && open.needed().is_none());
         assert!(open.lacks(2, &report(Some(0.06))));

@@ -145,7 +145,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let timed = args.timings || args.json.is_some() || args.trace.is_some() || args.repeat > 1;
     let warm_up = if timed { WARM_UP } else { 0 };
     let timings = Timings::new(warm_up as usize);
-    let refinement = Refinement::new(&args.refine, !timed && args.frames.is_none(), &settings, began);
+    let refinement = Refinement::new(&args.refine, began);
     let shot = opened.shot;
     let frames = FrameProgress::new(work, warm_up + args.frames.map_or(args.repeat, Frames::count));
     let context = &context;

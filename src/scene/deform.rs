@@ -196,6 +196,9 @@ impl Mesh {
 
     /// Replaces the vertices by those with the indices `from`, in that order.
     pub(super) fn gather(&mut self, from: &[u32]) {
+        if from.iter().copied().eq(0..self.positions.len() as u32) {
+            return; // as they are
+        }
         gather(&mut self.positions, from);
         gather(&mut self.normals, from);
         gather(&mut self.tangents, from);

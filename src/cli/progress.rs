@@ -42,11 +42,11 @@ impl FrameProgress {
         self.work.frame(course);
     }
 
-    /// `passes`: those that the image has, and about how many it needs.
-    pub fn adds_a_pass(&self, name: &str, bands: (u32, u32), (has, needs): (u32, Option<u32>)) {
+    /// The image has so many passes, and needs about as many as `needs` says.
+    pub fn adds_a_pass(&self, name: &str, bands: u32, has: u32, needs: Option<u32>) {
         let of = needs.map_or(String::new(), |needs| format!(" of about {}", needs.max(has + 1)));
         self.work.is_at(format!("{name}, pass {}{of}", has + 1), None);
-        let mut course = Course::new(Instant::now(), bands.0, 1);
+        let mut course = Course::new(Instant::now(), bands, 1);
         course.after = needs.map_or(0, |needs| needs.saturating_sub(has + 1));
         course.mean = Some(self.began.elapsed() / (self.done + has));
         self.work.frame(course);

@@ -262,8 +262,8 @@ impl Session<'_> {
             if let Some(words) = refinement.compare(still, self.size, &self.settings, &file)? {
                 out::warn(&format!("note: {}: {words}", scene.name));
             }
-            let passes = (self.renderer.passes(), refinement.needed());
-            self.frames.adds_a_pass(&scene.name, self.renderer.bands(), passes);
+            let (bands, has) = (self.renderer.bands().0, self.renderer.passes());
+            self.frames.adds_a_pass(&scene.name, bands, has, refinement.needed());
             interrupt::check()?;
             report = report.then(self.renderer.refine(pose, view)?);
         }

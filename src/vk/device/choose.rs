@@ -54,15 +54,14 @@ fn pick(wanted: &str, names: &[String]) -> Result<usize> {
     })
 }
 
-/// Makes the device with exactly these extensions and features, and one queue. `describes`: with the feature of
-/// `VK_KHR_pipeline_executable_properties`, which is among the extensions.
+/// Makes the device with exactly these extensions and features, and one queue. Where
+/// `VK_KHR_pipeline_executable_properties` is among the extensions, its feature is on.
 pub(in crate::vk) fn open<'a>(
     instance: &Instance,
     physical: vk::PhysicalDevice,
     queue_family: u32,
     extensions: &'a [&'a CStr],
     features: Features,
-    describes: bool,
 ) -> std::result::Result<HostDevice<'a>, vk::Result> {
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
     let names: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
@@ -71,7 +70,7 @@ pub(in crate::vk) fn open<'a>(
     let mut executables =
         vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default().pipeline_executable_info(true);
     let mut info = chained.chain(info);
-    if describes {
+    if extensions.contains(&ash::khr::pipeline_executable_properties::NAME) {
         info = info.push_next(&mut executables);
     }
     // SAFETY: the caller checked that every extension and feature exists.

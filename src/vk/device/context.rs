@@ -27,13 +27,13 @@ pub struct ContextOptions {
     pub validation: bool,
 }
 
-/// What the pipelines of a context tell beside what they are for.
+/// The extra knowledge that pipelines of a context give beside their results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::vk) enum Telling {
     Nothing,
-    /// What they read.
+    /// How much they read.
     Reads,
-    /// What the driver made of them.
+    /// The driver's statistics of their programs.
     Executables,
 }
 
@@ -117,7 +117,7 @@ impl Context {
         if describes {
             extensions.push(ash::khr::pipeline_executable_properties::NAME);
         }
-        let host = open(&instance, physical, queue_family, &extensions, capabilities.enabled_features(), describes)
+        let host = open(&instance, physical, queue_family, &extensions, capabilities.enabled_features())
             .map_err(|result| Error::Device(format!("{name} cannot be opened ({result})")))?;
         Self::assemble(host, capabilities, Some(instance), telling)
     }

@@ -62,7 +62,7 @@ impl Presenter {
             .min_by_key(|(.., capabilities)| capabilities.name() != name)
             .ok_or_else(|| Error::Device("no Vulkan 1.3 device presents to this display".into()))?;
         let features = Features { dynamic_rendering: true, synchronization2: true, ..Features::default() };
-        let host = open(&instance, physical, queue_family, &[khr::swapchain::NAME], features, false).map_err(failed)?;
+        let host = open(&instance, physical, queue_family, &[khr::swapchain::NAME], features).map_err(failed)?;
         let swapchains = khr::swapchain::Device::new(&instance.raw, &host.device);
         // SAFETY: the family has the queue that `open` asked for.
         let queue = unsafe { host.device.get_device_queue(queue_family, 0) };

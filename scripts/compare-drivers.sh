@@ -10,7 +10,7 @@ mkdir -p "$out"
 for scene in gallery cornell-area cornell-point; do
   for preset in fast printed; do
     name=$scene-$preset
-    render=(target/release/twobounce render "assets/$scene.glb" --size 128x128 --set voxels=32 --preset "$preset")
+    render=(target/release/twobounce render "assets/$scene.glb" --size 128x128 --set voxels=32 --noise off --preset "$preset")
     scripts/guard.sh 120 "${render[@]}" -o "$out/$name-system.exr" >/dev/null
     scripts/guard.sh 120 scripts/mesa25.sh "${render[@]}" -o "$out/$name-mesa25.exr" >/dev/null
     echo "$name:"

@@ -24,7 +24,7 @@ while IFS= read -r -d '' file; do
   image=$out/images/$(printf '%04d' ${#rows[@]}).png
   start=$(date +%s.%N)
   status=0
-  said=$(timeout --kill-after=10 "$seconds" target/release/twobounce render "$file" -o "$image" --size 96x96 --set voxels=32 "$@" \
+  said=$(timeout --kill-after=10 "$seconds" target/release/twobounce render "$file" -o "$image" --size 96x96 --set voxels=32 --noise off "$@" \
     2>&1 >/dev/null) || status=$?
   took=$(awk "BEGIN { printf \"%.1f\", $(date +%s.%N) - $start }")
   case $status in

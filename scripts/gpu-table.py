@@ -94,7 +94,7 @@ def timed(run, scene, size, preset, voxels, folder, keep):
 def errors(run, scene, preset, voxels, folder, reference):
     """Relative error and energy of a small image, or None."""
     out, numbers = folder / "small.exr", folder / "compare.json"
-    flags = ["--preset", preset, "--size", ERROR_SIZE, "--set", f"voxels={voxels}", "-q", *run.device]
+    flags = ["--preset", preset, "--size", ERROR_SIZE, "--set", f"voxels={voxels}", "--noise=off", "-q", *run.device]
     if not run("render", scene, "-o", out, *flags) or not run("compare", out, reference, "--json", numbers):
         return None
     total = json.loads(numbers.read_text())["total"]

@@ -66,7 +66,7 @@ check_one() {
   [ -s "$SCENES/$1.limits" ] || { echo "light.sh: $SCENES/$1.limits is missing; write limits of twobounce compare into it, such as --max-rel 0.1" >&2; return 2; }
   mkdir -p "$OUT/$1"
   # shellcheck disable=SC2046
-  twobounce render "$2" -o "$OUT/$1/now.exr" --aov direct $(flags "$SCENES/$1.view") $(flags "$SCENES/$1.render") &&
+  twobounce render "$2" -o "$OUT/$1/now.exr" --aov direct --noise off $(flags "$SCENES/$1.view") $(flags "$SCENES/$1.render") &&
     twobounce compare "$OUT/$1/now.exr" "$SCENES/$1.exr" --json "$OUT/$1/compare.json" --out "$OUT/$1" $(flags "$SCENES/$1.limits")
 }
 

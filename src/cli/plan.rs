@@ -249,7 +249,7 @@ impl PlanArgs {
         command.push(format!("--size={}x{}", answer.width, answer.height));
         command.extend(flags.iter().cloned());
         command.extend(answer.choice.flags());
-        command.extend(["-o".to_owned(), "image.png".to_owned()]);
+        command.extend(["--noise=off", "-o", "image.png"].map(str::to_owned));
         words::line(&command)
     }
 }

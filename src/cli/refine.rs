@@ -18,7 +18,7 @@ use super::progress::duration;
 /// The noise that a still image is refined to, root mean square of its pixels' relative errors.
 const NOISE: f64 = 0.02;
 /// The most passes, where time does not end them before.
-pub const MOST_PASSES: u32 = 256;
+const MOST_PASSES: u32 = 256;
 /// Work that takes longer is compared with the path tracer's.
 const LONG: Duration = Duration::from_secs(10);
 /// Samples a pixel of the path tracer's trial, whose image has an eighth of the pixels a side.
@@ -28,7 +28,7 @@ const TRIAL_SCALE: u32 = 8;
 #[derive(Args, Clone, Debug, Default)]
 pub struct RefineArgs {
     /// Add passes over the image until the root mean square of its pixels' relative error is at most this, by its own estimate, or
-    /// take those of image.passes alone [default: 2 with --time-limit, else off]
+    /// take those of image.passes alone [default: 2 for a still image without --timings, --json, --trace and image.passes, else off]
     #[arg(long, value_name = "PERCENT|off", value_parser = Noise::read, allow_negative_numbers = true)]
     pub noise: Option<Noise>,
     /// Add no more passes once the command has taken this long, such as 90s or 5min
@@ -62,12 +62,13 @@ pub struct Refinement {
 }
 
 impl Refinement {
-    /// None where `image.passes` alone counts.
-    pub fn new(args: &RefineArgs, began: Instant) -> Option<Self> {
+    /// Of a command that began at `began`. A `still` is a single image that is made to be looked at. None where `image.passes` alone
+    /// counts.
+    pub fn new(args: &RefineArgs, still: bool, settings: &Settings, began: Instant) -> Option<Self> {
         let noise = match args.noise {
             Some(Noise::Off) => return None,
             Some(Noise::AtMost(noise)) => noise,
-            None if args.time_limit.is_some() => NOISE,
+            None if args.time_limit.is_some() || still && settings.image.passes == 1 => NOISE,
             None => return None,
         };
         let until = args.time_limit.map(|limit| began + limit);
@@ -134,15 +135,18 @@ impl Refinement {
         if noise <= self.noise {
             return (reached, false);
         }
-        let why = if self.is_over() {
-            "--time-limit was over".into()
-        } else {
-            format!("it has {MOST_PASSES} passes at most")
+        let why = if self.passes < MOST_PASSES { "--time-limit was over; " } else { "" };
+        let left = match self.needed().zip(self.left()) {
+            Some((needed, time)) if needed <= MOST_PASSES => {
+                format!("{goal} % takes about {needed} passes, {} more", duration(time))
+            }
+            Some((needed, _)) => {
+                format!(
+                    "{goal} % takes about {needed} passes, more than the {MOST_PASSES} that an image gets: allow more with --noise"
+                )
+            }
+            None => "the time of further passes is not known".into(),
         };
-        let left = self.left().zip(self.needed());
-        let left = left.map_or(String::new(), |(time, needed)| {
-            format!("; {goal} % takes about {needed} passes, {} more", duration(time))
-        });
         (format!("{reached}: {why}{left}"), true)
     }
 }
@@ -183,13 +187,19 @@ mod tests {
     }
 
     #[test]
-    fn images_are_refined_where_it_is_asked_for() {
-        let goal =
-            |noise, limit| Refinement::new(&args(noise, limit), Instant::now()).map(|refinement| refinement.noise);
-        assert_eq!(goal(None, None), None);
-        assert_eq!(goal(None, Some(5)), Some(NOISE));
-        assert_eq!(goal(Some(Noise::AtMost(0.1)), None), Some(0.1));
-        assert_eq!(goal(Some(Noise::Off), Some(5)), None);
+    fn stills_are_refined_and_others_where_it_is_asked_for() {
+        let (one, now) = (Settings::default(), Instant::now());
+        let mut two = one.clone();
+        two.set("image.passes=2").unwrap();
+        let goal = |noise, limit, still, settings| {
+            Refinement::new(&args(noise, limit), still, settings, now).map(|refinement| refinement.noise)
+        };
+        assert_eq!(goal(None, None, true, &one), Some(NOISE));
+        assert_eq!(goal(None, None, false, &one), None);
+        assert_eq!(goal(None, None, true, &two), None);
+        assert_eq!(goal(None, Some(5), false, &two), Some(NOISE));
+        assert_eq!(goal(Some(Noise::AtMost(0.1)), None, false, &two), Some(0.1));
+        assert_eq!(goal(Some(Noise::Off), Some(5), true, &one), None);
         assert_eq!(Noise::read("off"), Ok(Noise::Off));
         assert_eq!(Noise::read("5"), Ok(Noise::AtMost(0.05)));
         assert!(["0", "-1", "on", "nan", ""].iter().all(|text| Noise::read(text).is_err()));
@@ -197,7 +207,8 @@ mod tests {
 
     #[test]
     fn passes_are_added_until_the_image_is_good_or_time_is_over() {
-        let new = |limit_s, began| Refinement::new(&args(Some(Noise::AtMost(NOISE)), limit_s), began).unwrap();
+        let settings = Settings::default();
+        let new = |limit_s, began| Refinement::new(&args(None, limit_s), true, &settings, began).unwrap();
         let mut open = new(None, Instant::now());
         assert!(open.lacks(1, &report(None)) && open.needed().is_none());
         assert!(open.lacks(2, &report(Some(0.06))));
@@ -208,7 +219,11 @@ mod tests {
         assert!(words.starts_with("noise 1.90 %, mean of 20 passes (--set image.passes=20"), "{words}");
         assert!(!is_short);
         assert!(!open.lacks(MOST_PASSES, &report(Some(0.5))));
-        assert!(open.result().0.contains("256 passes at most; 2 % takes about 160000 passes"), "{}", open.result().0);
+        assert!(
+            open.result().0.contains("): 2 % takes about 160000 passes, more than the 256 that"),
+            "{}",
+            open.result().0
+        );
         let mut over = new(Some(1), Instant::now() - Duration::from_secs(2));
         assert!(!over.lacks(1, &report(None)));
         assert!(over.result().0.contains("--time-limit was over") && over.result().1);

@@ -139,24 +139,24 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         out::warn(&format!("note: {}: {note} (docs/materials.md)", opened.scene.name));
     }
     let work = Work::begin(&format!("{}: {doing}", opened.scene.name));
-    let size = options.size;
     let renderer = Renderer::new(&context, opened.scene, &pose, settings.clone(), options)?;
     report::say_compiled(&context);
     let timed = args.timings || args.json.is_some() || args.trace.is_some() || args.repeat > 1;
     let warm_up = if timed { WARM_UP } else { 0 };
     let timings = Timings::new(warm_up as usize);
-    let refinement = Refinement::new(&args.refine, began);
     let shot = opened.shot;
     let frames = FrameProgress::new(work, warm_up + args.frames.map_or(args.repeat, Frames::count));
     let context = &context;
     let mut session =
-        Session { args, files, context, renderer, size, settings, shot, header, report, timings, frames, refinement };
+        Session { args, files, context, renderer, settings, shot, header, report, timings, frames, refinement: None };
     if args.timings || args.verbose {
         say!("memory plan:\n{}", session.renderer.plan());
         say!("  {:<24} {:>10.2} MiB", "allocated by the driver", mib(context.allocated_bytes()));
         say!("  {:<24} {:>10.2} MiB", "the device's budget", mib(budget_bytes));
     }
     (0..warm_up).try_for_each(|_| session.frame(0.0))?;
+    // Frames that warm up are not refined.
+    session.refinement = Refinement::new(&args.refine, !timed && args.frames.is_none(), &session.settings, began);
     match args.frames {
         Some(frames) => {
             session.choose_exposure(frames)?;
@@ -224,7 +224,6 @@ struct Session<'a> {
     files: ImageFiles,
     context: &'a Arc<Context>,
     renderer: Renderer,
-    size: (u32, u32),
     settings: Settings,
     shot: Shot,
     header: Metadata,
@@ -251,7 +250,7 @@ impl Session<'_> {
         interrupt::check()
     }
 
-    /// Adds passes to the image until it is good, and says how good it is. Frames of a benchmark to come are warmed up without.
+    /// Adds passes to the image until it is good, and says how good it is.
     fn refined(&mut self, mut report: FrameReport, pose: &Pose, view: &View) -> Result<FrameReport> {
         let Some(refinement) = &mut self.refinement else { return Ok(report) };
         refinement.begin();
@@ -259,7 +258,7 @@ impl Session<'_> {
             let scene = self.renderer.scene();
             let still = Still::new(scene, pose, view);
             let file = self.args.scene.path.display().to_string();
-            if let Some(words) = refinement.compare(still, self.size, &self.settings, &file)? {
+            if let Some(words) = refinement.compare(still, self.args.scene.size, &self.settings, &file)? {
                 out::warn(&format!("note: {}: {words}", scene.name));
             }
             let (bands, has) = (self.renderer.bands().0, self.renderer.passes());

@@ -11,7 +11,8 @@ use super::{Bounds, Instance, Playback, Pose, Scene};
 /// Uniform times at which [`Scene::bounds`] samples an animation, in addition to every key.
 const UNIFORM_TIMES: usize = 64;
 const TIMES_MAX: usize = 4096;
-/// Number of nodes and moving instances × times above which fewer times are sampled, [`TIMES_MIN`] at least: it takes about a second.
+/// Number of nodes and moving instances × times above which fewer times are sampled, [`TIMES_MIN`] at least: it takes
+/// about a second.
 const PLACES_MAX: usize = 1 << 24;
 const TIMES_MIN: usize = 8;
 /// Up to this number of vertices × times every vertex is transformed, which takes about a second.
@@ -50,8 +51,8 @@ impl Bounds {
 impl Scene {
     /// The box around all vertices over the whole `animation`, in metres: at its keys and at 64 uniform times. Motion
     /// between these times (the arc of a fast rotation) can leave the box slightly. Very long animations are sampled at
-    /// 4096 uniform times, at fewer where very much moves, and very large meshes are replaced by their boxes, or, where they deform, seen at fewer of these
-    /// times. Empty for a scene without meshes.
+    /// 4096 uniform times, and at fewer where very much moves. Very large meshes are replaced by their boxes; where they
+    /// deform, they are sampled at fewer of these times. Empty for a scene without meshes.
     pub fn bounds(&self, animation: Option<usize>) -> Bounds {
         self.bounds_of(&Playback::once(animation))
     }

@@ -186,7 +186,7 @@ fn a_row_and_a_comparison_of_its_images_say_the_same() {
             row["measured"]["equal_terms"].as_array().unwrap().iter().map(|change| change.as_str().unwrap()).collect();
         let render = |output: &str, changes: &[&str]| {
             let sets = ["voxels=16", "cones.passes=cells"].iter().chain(changes).flat_map(|change| ["--set", change]);
-            let fixed = ["render", SCENE, "--size", "24x24", "--aov", "direct", "-q", "-o", output];
+            let fixed = ["render", SCENE, "--size", "24x24", "--aov", "direct", "--noise", "off", "-q", "-o", output];
             let args: Vec<&str> =
                 fixed.into_iter().chain(["--preset", row["preset"].as_str().unwrap()]).chain(sets).collect();
             ran(&args);

@@ -23,7 +23,7 @@ impl Folder {
     }
 
     fn render(&self, output: &str, more: &[&str]) {
-        self.done(&[&["render", SCENE, "-q", "-o", output], &SMALL[..4], more].concat());
+        self.done(&[&["render", SCENE, "-q", "--noise=off", "-o", output], &SMALL[..4], more].concat());
     }
 
     /// Copies an image without a word in its header, as another program writes it, changed.

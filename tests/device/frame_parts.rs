@@ -149,6 +149,29 @@ fn growth_that_fails_halfway_leaves_a_frame_that_draws() {
     gpu::assert_clean(&context);
 }
 
+/// The timestamps of work whose parts are submissions of their own hold nearly all of the time that it takes as seen from outside: the
+/// host's submissions and waits take the rest, a fifth here where nothing else runs. The best of three frames counts, because other
+/// tests run beside.
+#[test]
+fn device_time_is_nearly_all_of_a_frame_that_is_cut_into_parts() {
+    let (context, scene) = (gpu::context(), room());
+    let settings = gpu::with(settings(), &["rays.diffuse=128"]);
+    let (pose, view) = (scene.pose(None, 0.0), from(DVec3::new(3.5, 2.0, 3.4)));
+    let options = RenderOptions { responsive: true, ..RenderOptions::new((192, 144), scene.bounds(None)) };
+    let mut renderer = Renderer::new(&context, scene, &pose, settings, options).expect("it fits");
+    // The first frame learns how long its parts take.
+    renderer.render(&pose, &view).expect("a frame");
+    let mut share = || {
+        renderer.make_anew();
+        let timings = renderer.render(&pose, &view).expect("a frame").timings;
+        timings.gpu_ms / timings.wall_ms
+    };
+    let shares = [share(), share(), share()];
+    assert!(shares.iter().all(|share| *share <= 1.0), "{shares:?}");
+    assert!(shares.iter().any(|share| *share > 0.55), "{shares:?} of the frames are the device's time");
+    gpu::assert_clean(&context);
+}
+
 #[test]
 fn a_change_keeps_what_does_not_depend_on_it() {
     let context = gpu::context();

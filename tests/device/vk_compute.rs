@@ -260,18 +260,24 @@ fn programs_are_described_where_the_driver_can() {
 static SAYS_MUCH: LazyLock<bool> = LazyLock::new(|| std::env::var_os("TWOBOUNCE_TEST_DESCRIBES").is_some());
 
 /// RADV compiles for a card that is not there; what is submitted to it does nothing.
+/// Debian's package mesa-vulkan-drivers brings it beside lavapipe on this architecture.
 #[test]
+#[cfg(target_arch = "x86_64")]
 fn a_compiler_for_cards_describes_programs_without_a_card() {
-    let driver = std::path::Path::new("/usr/share/vulkan/icd.d/radeon_icd.x86_64.json");
-    if !driver.exists() {
-        println!("{} is missing: reading what a driver tells of programs is not tested", driver.display());
-        return;
-    }
+    let folder = "/usr/share/vulkan/icd.d";
+    let drivers = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
+    let is_for_cards = |file: &std::path::PathBuf| {
+        let name = file.file_name().unwrap().to_string_lossy();
+        name.starts_with("radeon_icd") && !name.contains("i686")
+    };
+    let driver = drivers.into_iter().find(is_for_cards).unwrap_or_else(|| {
+        panic!("{folder} has no radeon_icd: install RADV, Mesa's driver for AMD's cards (mesa-vulkan-drivers)")
+    });
     let test = "vk_compute::programs_are_described_where_the_driver_can";
     let mut command = std::process::Command::new(std::env::current_exe().unwrap());
     command.args(["--exact", test, "--nocapture"]).env("TWOBOUNCE_TEST_DESCRIBES", "1");
     command.env("RADV_FORCE_FAMILY", "navi21").env_remove("TWOBOUNCE_DEVICE");
-    let output = command.env("VK_DRIVER_FILES", driver).env("VK_ICD_FILENAMES", driver).output().unwrap();
+    let output = command.env("VK_DRIVER_FILES", &driver).env("VK_ICD_FILENAMES", &driver).output().unwrap();
     let told = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{told}{}", String::from_utf8_lossy(&output.stderr));
     for word in ["1 passed", "copy", "VGPRs", "Spilled VGPRs", "Scratch size"] {

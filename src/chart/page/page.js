@@ -79,7 +79,7 @@ function commandOf(row) {
     const trace = command.replace("twobounce render", "twobounce reference").replace("-o image.png", "-o image.exr");
     return `${trace} --spp ${row.source.paths} --seed ${data.paths_seed} --aov direct`;
   }
-  return [command, "--preset", quoted(row.preset), ...row.changes.map((change) => `--set ${quoted(change)}`)].join(" ");
+  return [command, "--preset", quoted(row.preset), ...row.changes.map((change) => `--set ${quoted(change)}`), "--noise off"].join(" ");
 }
 
 function buildControls() {

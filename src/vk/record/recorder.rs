@@ -6,7 +6,7 @@ use super::pace::Pacing;
 use super::recorded::{Recorded, Zone};
 use super::zone::{ZoneKind, ZoneTiming, ZoneTimings, process_cpu_ms};
 use crate::vk::device::context::Context;
-use crate::vk::device::submit::{CommandSet, Commands, MAX_TIMESTAMPS, record_image_barrier};
+use crate::vk::device::submit::{CommandSet, Commands, MAX_TIMESTAMPS, record_barrier, record_image_barrier};
 use crate::{Error, Result};
 use ash::vk;
 use std::any::Any;
@@ -211,6 +211,12 @@ impl Recorder {
             let stage = vk::PipelineStageFlags::BOTTOM_OF_PIPE;
             // SAFETY: the query was reset and not written since.
             unsafe { self.context.device().cmd_write_timestamp(self.handle, stage, pool, index) };
+            if self.context.is_cpu {
+                // Once something was drawn, Mesa's lavapipe takes a timestamp with the next flush, and dispatches do not flush.
+                // Every barrier does; this one orders nothing.
+                let none = (vk::PipelineStageFlags2::NONE, vk::AccessFlags2::NONE);
+                record_barrier(&self.context, self.handle, none, none);
+            }
         }
         self.recorded.first_timestamp() + index
     }

@@ -60,6 +60,7 @@
 //!
 //! ```no_run
 //! use std::path::Path;
+//! use twobounce::output::display::{Display, ToneMap};
 //! use twobounce::renderer::{Context, ContextOptions, RenderOptions, Renderer};
 //! use twobounce::scene::{LoadOptions, Scene};
 //! use twobounce::settings::Settings;
@@ -71,7 +72,8 @@
 //! let options = RenderOptions::new((640, 360), bounds);
 //! let mut renderer = Renderer::new(&context, scene, &pose, Settings::default(), options)?;
 //! renderer.render(&pose, &view)?;
-//! renderer.read().write_png(Path::new("image.png"), 0.0)?;
+//! let image = renderer.read();
+//! image.write_shown(Path::new("image.png"), Display::automatic(ToneMap::default(), image.beauty()))?;
 //! # Ok::<(), twobounce::Error>(())
 //! ```
 //!

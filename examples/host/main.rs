@@ -15,6 +15,7 @@ use twobounce::ash::vk;
 use twobounce::gpu_allocator::MemoryLocation;
 use twobounce::gpu_allocator::vulkan::Allocation;
 use twobounce::host::{Aov, Context, HostImage, ImageUse, Layers, Output, Prepare, Prepared, Seen};
+use twobounce::output::display::Display;
 use twobounce::scene::{LoadOptions, Pose, Scene, View};
 use twobounce::settings::Settings;
 
@@ -59,7 +60,7 @@ fn run() -> Anything<usize> {
         let gpu = Gpu::new(std::env::var_os("HOST_VALIDATION").is_some())?;
         let pixels = travel(&gpu, &scene, &settings, size)?;
         let messages = gpu.close();
-        Layers::new(size.0, size.1, pixels).write_png(&PathBuf::from(image), 0.0)?;
+        Layers::new(size.0, size.1, pixels).write_shown(&PathBuf::from(image), Display::default())?;
         Ok(messages)
     }
 }

@@ -13,7 +13,7 @@ use twobounce::ground::layout::{Globals, ListItem, Triangle};
 use twobounce::ground::scene_on_gpu::ScenePacked;
 use twobounce::ground::volume::LightVolume;
 use twobounce::layers::Aov;
-use twobounce::output::png::{automatic_exposure, srgb_code, tone_curve};
+use twobounce::output::display::{Display, ToneMap};
 use twobounce::scene::{LoadOptions, Pose, Scene};
 use twobounce::settings::{Bounces, Settings};
 use twobounce::vk::{Context, ContextOptions, Recorder, RecorderOptions, download, download_image};
@@ -68,7 +68,7 @@ pub fn rendered(size: u32) -> Result<(Vec<Named>, f32)> {
 
     let two_bounces = render(&context, &mut frame, &scene, &pose)?;
     let [beauty, direct, indirect] = [Aov::Beauty, Aov::Direct, Aov::Indirect].map(|layer| two_bounces.get(layer));
-    let ev = automatic_exposure(two_bounces.beauty(), |_| scene.sky.into());
+    let ev = ToneMap::default().automatic_exposure(two_bounces.beauty());
     let shown = |pixels: Option<&[[f32; 3]]>| {
         let pixels = pixels.unwrap_or_default();
         square(side, |x, y| exposed(Vec3::from(pixels[(y * side + x) as usize]), ev))
@@ -194,7 +194,7 @@ fn slice(
 }
 
 pub fn exposed(radiance: Vec3, ev: f32) -> [u8; 3] {
-    tone_curve((radiance * ev.exp2()).to_array()).map(srgb_code)
+    Display { exposure_ev: ev, ..Display::default() }.codes(radiance.to_array())
 }
 
 /// A slice of the volume, rows from the top.

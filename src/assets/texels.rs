@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::output::png;
+use crate::output::picture;
 use crate::{Error, Result};
 
 /// Edge of every texture in texels.
@@ -89,5 +89,5 @@ fn encode(channels: usize, texel: impl Fn(u32, u32) -> [f64; 4]) -> Result<Vec<u
         .flat_map(|y| (0..EDGE).flat_map(move |x| texel(x, y).into_iter().take(channels)))
         .map(|value| value.round() as u8)
         .collect();
-    if channels == 4 { png::encode_rgba(EDGE, EDGE, bytes) } else { png::encode_rgb(EDGE, EDGE, bytes) }
+    if channels == 4 { picture::encode_rgba(EDGE, EDGE, bytes) } else { picture::encode_rgb(EDGE, EDGE, bytes) }
 }

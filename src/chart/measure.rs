@@ -20,7 +20,9 @@ use crate::measure::metrics::{self, NonFinite, Parts};
 use crate::measure::picture::signed_difference;
 use crate::measure::terms::{self, Subtract};
 use crate::measure::timing::{Count, PassTiming, Spread};
+use crate::output::display::{Display, ToneMap};
 use crate::output::exr::Metadata;
+use crate::output::picture::codes;
 use crate::profile::WARM_UP;
 use crate::reference::film::Film;
 use crate::reference::{self, Control, Depth, Options, Stop};
@@ -182,8 +184,8 @@ impl ChartScene {
 
     /// A picture of this scene's radiance. All have one exposure, that of the full light.
     pub fn picture(&self, radiance: &[[f32; 3]]) -> String {
-        let exposure = metrics::exposure(self.reference(Depth::Full).layers.beauty());
-        picture::uri(self.options.size, metrics::exposed(radiance, exposure))
+        let display = Display::automatic(ToneMap::default(), self.reference(Depth::Full).layers.beauty());
+        picture::uri(self.options.size, codes(radiance, display))
     }
 
     /// Times what a row says and compares its images, which [`Self::judge`] takes, with the references. Nothing is timed of an image of

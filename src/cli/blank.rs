@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use twobounce::layers::{Aov, Layers};
-use twobounce::output::png::{MOST_BLACK, black_share, of_surfaces, srgb_code, tone_curve};
+use twobounce::output::display::{Display, MOST_BLACK, black_share};
 use twobounce::scene::{Pose, Projection, Scene, Still, View};
 
 /// An image is reported as white if a larger share of the pixels that show a surface is.
@@ -10,29 +10,27 @@ const MOST_WHITE: f64 = 0.99;
 /// 8-bit codes from here on count as white.
 const WHITE: u8 = 253;
 
-/// A sentence about an image on which nothing, or hardly anything, is to be seen. `exposure_ev`: of a .png, what it is exposed
-/// with, and whether that was chosen automatically.
+/// A sentence about an image on which nothing, or hardly anything, is to be seen. `exposed`: of an image for a display, how it is
+/// shown, and whether its exposure was chosen automatically.
 pub fn why_blank(
     image: &Layers,
     Still { scene, pose, view }: Still,
-    exposure_ev: Option<(f32, bool)>,
+    exposed: Option<(Display, bool)>,
 ) -> Option<String> {
     let surfaces: Vec<&[f32; 3]> = of_surfaces(image.beauty(), sky_shown(image, scene, view)).collect();
     if surfaces.is_empty() {
         return where_it_is(scene, pose, view).map(|why| format!("nothing is to be seen: {why}"));
     }
-    let (ev, automatic) = exposure_ev?;
-    let gain = ev.exp2();
-    let is_white =
-        |p: &&&[f32; 3]| tone_curve(p.map(|c| c * gain)).into_iter().all(|channel| srgb_code(channel) >= WHITE);
+    let (display, automatic) = exposed?;
+    let is_white = |p: &&&[f32; 3]| display.codes(***p).into_iter().all(|code| code >= WHITE);
     let white = surfaces.iter().filter(is_white).count() as f64 / surfaces.len() as f64;
-    let black = black_share(&surfaces, ev);
+    let black = black_share(&surfaces, display);
     let (share, what) = match (black > MOST_BLACK, white > MOST_WHITE) {
         (true, _) => (black, "black"),
         (_, true) => (white, "white"),
         _ => return None,
     };
-    let percent = (100.0 * share).floor();
+    let (percent, ev) = ((100.0 * share).floor(), display.exposure_ev);
     Some(if automatic {
         format!(
             "{percent} % of the pixels that show a surface are {what} beside the brightest ones; try another --exposure than \
@@ -46,9 +44,17 @@ pub fn why_blank(
     })
 }
 
+/// The pixels that show something else than the radiance of the sky there, which `sky` tells of each pixel.
+fn of_surfaces(beauty: &[[f32; 3]], sky: impl Fn(usize) -> [f32; 3]) -> impl Iterator<Item = &[f32; 3]> {
+    // The image stores the sky in half floats, with 11 significant bits.
+    const HALF_FLOAT: f32 = 1.0 / 1024.0;
+    let is_sky = move |i: usize, p: &[f32; 3]| p.iter().zip(sky(i)).all(|(a, b)| (a - b).abs() <= HALF_FLOAT * b);
+    beauty.iter().enumerate().filter(move |(i, p)| !is_sky(*i, p)).map(|(_, p)| p)
+}
+
 /// Radiance that a pixel of `image` shows if it shows the sky: its own where nothing covers it. Where a surface does,
 /// it is the sky's radiance in that direction, or NaN under a map, which no pixel equals.
-pub fn sky_shown<'a>(image: &'a Layers, scene: &'a Scene, view: &'a View) -> impl Fn(usize) -> [f32; 3] + 'a {
+fn sky_shown<'a>(image: &'a Layers, scene: &'a Scene, view: &'a View) -> impl Fn(usize) -> [f32; 3] + 'a {
     let (alpha, size) = (image.get(Aov::Alpha).unwrap_or_default(), (image.width, image.height));
     move |pixel| match alpha.get(pixel) {
         Some([0.0, ..]) => image.beauty()[pixel],

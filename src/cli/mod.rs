@@ -9,6 +9,7 @@ mod blank;
 mod chart;
 mod compare;
 mod demo;
+mod display;
 mod driver_cache;
 mod info;
 mod interrupt;
@@ -34,6 +35,7 @@ mod shell;
 mod stability;
 mod study;
 mod threads;
+mod tonemap;
 #[cfg(feature = "window")]
 mod view;
 mod words;
@@ -71,6 +73,8 @@ enum Command {
     Reference(reference::ReferenceArgs),
     /// Compare an image with its reference
     Compare(compare::CompareArgs),
+    /// Make a .png or .jpg of the radiance in an .exr
+    Tonemap(tonemap::TonemapArgs),
     /// Find the cheapest settings that hold limits on error, time or memory, by measuring
     Plan(Box<plan::PlanArgs>),
     /// Chart error against time over many settings: a page, an SVG and rows
@@ -174,6 +178,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Profile(args) => profile::run(args),
         Command::Reference(args) => reference::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Tonemap(args) => tonemap::run(args),
         Command::Plan(args) => plan::run(args, std::env::args().skip(2).collect()),
         Command::Chart(args) => chart::run(args),
         Command::Study(args) => study::run(args),

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use twobounce::output::file;
+use twobounce::output::picture::ImageKind;
 use twobounce::{Error, Result};
 
 /// Where the images of a render go.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageFiles {
-    /// Linear radiance in an .exr; else exposed in a .png.
-    pub exr: bool,
+    pub kind: ImageKind,
     path: PathBuf,
     /// The place of the frame's number in the name: what stands before it, its digits, and what stands after it.
     number: Option<(String, usize, String)>,
@@ -38,24 +38,21 @@ pub fn check(inputs: &[Option<&PathBuf>], outputs: &[Option<&PathBuf>]) -> Resul
 
 impl ImageFiles {
     /// Standard output.
-    pub fn standard(exr: bool) -> Self {
-        Self { exr, path: "-".into(), number: None }
+    pub fn standard(kind: ImageKind) -> Self {
+        Self { kind, path: "-".into(), number: None }
     }
 
     /// Reads the extension and, for a sequence, the place of the frame's number.
     pub fn named(path: &Path, sequence: bool) -> Result<Self> {
-        let exr = match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
-            Some("png") => false,
-            Some("exr") => true,
-            _ => return Err(Error::file(path, "has an unknown ending; end the output in .png or .exr")),
-        };
+        let unknown = || Error::file(path, "has an unknown ending; end the output in .png, .jpg or .exr");
+        let kind = ImageKind::of(path).ok_or_else(unknown)?;
         let number = path.to_str().and_then(number_in);
         match (&number, sequence) {
             (None, true) => Err(Error::file(path, "has no place for the frame's number; name it like out_%04d.png")),
             (Some(_), false) => {
                 Err(Error::file(path, "has a place for a frame's number; add --frames N or take it out"))
             }
-            _ => Ok(Self { exr, path: path.to_owned(), number }),
+            _ => Ok(Self { kind, path: path.to_owned(), number }),
         }
     }
 

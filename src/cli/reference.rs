@@ -10,6 +10,7 @@ use clap::Args;
 use twobounce::layers::Aov;
 use twobounce::memory;
 use twobounce::output::file;
+use twobounce::output::picture::ImageKind;
 use twobounce::reference::cache::{self, Cache};
 use twobounce::reference::film::Film;
 use twobounce::reference::part::{About, Part};
@@ -18,6 +19,7 @@ use twobounce::scene::Still;
 use twobounce::{Error, Result};
 
 use super::args::{SceneArgs, aov, percent};
+use super::display::DisplayArgs;
 use super::progress::{Work, left};
 use super::share::{self, Parts};
 use super::{interrupt, out, outputs};
@@ -27,8 +29,9 @@ use crate::say;
 pub struct ReferenceArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// The image to write: linear radiance; - is standard output. With --samples a .film, for `twobounce merge`
-    #[arg(short, long, value_name = "REF.exr|PART.film")]
+    /// The image to write: linear radiance in an .exr, or a .png or .jpg for a display; - is an .exr on standard output. With
+    /// --samples a .film, for `twobounce merge`
+    #[arg(short, long, value_name = "REF.exr|REF.png|PART.film")]
     pub output: PathBuf,
     /// Samples per pixel
     #[arg(long, value_name = "N", conflicts_with = "noise", value_parser = clap::value_parser!(u32).range(2..=1 << 24))]
@@ -54,6 +57,8 @@ pub struct ReferenceArgs {
     /// Make pixels transparent that no surface covers; the sky lights all the same
     #[arg(long)]
     pub transparent: bool,
+    #[command(flatten)]
+    pub display: DisplayArgs,
     /// Print nothing but notes and errors
     #[arg(short, long)]
     pub quiet: bool,
@@ -81,16 +86,7 @@ fn depth(text: &str) -> std::result::Result<Depth, String> {
 pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
     out::be_quiet(args.quiet);
     args.scene.check()?;
-    let (ending, text) = match args.samples {
-        None => ("exr", "is no .exr; a reference holds linear radiance, name it something.exr"),
-        Some(_) => {
-            ("film", "is no .film; samples are kept as sums, name it something.film and merge it with the others")
-        }
-    };
-    let standard = args.samples.is_none() && file::is_standard(&args.output);
-    if !standard && args.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case(ending)) {
-        return Err(Error::file(&args.output, text).into());
-    }
+    let shown = shown(args)?;
     if let (Some(samples), Some(count)) = (&args.samples, args.list) {
         let parts: Vec<String> = share::chunks(samples.len() as u32, count)
             .map(|part| format!("{}-{}", samples.start + part.start, samples.start + part.end - 1))
@@ -109,7 +105,11 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let (image, header) = part.image();
-    image.write_exr(&args.output, &header)?;
+    if shown {
+        image.write_shown(&args.output, args.display.display(&image))?;
+    } else {
+        image.write_exr(&args.output, &header)?;
+    }
     let (width, height) = (film.width, film.rows.len());
     let (samples, noise) = (film.done(), 100.0 * film.noise());
     say!("{name}: {width}x{height}, {samples} samples per pixel, noise {noise:.2} % RMS");
@@ -118,6 +118,27 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
         say!("{} samples were not finite and count as black", film.rejected());
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whether the output is an image for a display.
+fn shown(args: &ReferenceArgs) -> Result<bool> {
+    let path = &args.output;
+    if args.samples.is_some() {
+        let is_film = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("film"));
+        let text = "is no .film; samples are kept as sums, name it something.film and merge it with the others";
+        args.display.check(ImageKind::Exr, false)?;
+        return if is_film { Ok(false) } else { Err(Error::file(path, text)) };
+    }
+    let kind = match ImageKind::of(path) {
+        _ if file::is_standard(path) => ImageKind::Exr,
+        Some(kind) => kind,
+        None => return Err(Error::file(path, "has an unknown ending; end the output in .exr, .png or .jpg")),
+    };
+    args.display.check(kind, args.transparent)?;
+    if kind != ImageKind::Exr && !args.aov.is_empty() {
+        return Err(Error::Usage("--aov adds layers to an .exr; name one with -o".into()));
+    }
+    Ok(kind != ImageKind::Exr)
 }
 
 /// The film of what the arguments name, and what was done for it.

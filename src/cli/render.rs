@@ -13,9 +13,10 @@ use twobounce::measure::terms;
 use twobounce::measure::timing::Timings;
 use twobounce::measure::trace::chrome_trace;
 use twobounce::memory::mib;
+use twobounce::output::display::Display;
 use twobounce::output::exr::Metadata;
 use twobounce::output::file;
-use twobounce::output::png::automatic_exposure;
+use twobounce::output::picture::ImageKind;
 use twobounce::profile::{Run, WARM_UP};
 use twobounce::renderer::{FrameReport, RenderOptions, Renderer};
 use twobounce::scene::{Pose, Still, View};
@@ -25,7 +26,8 @@ use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
 use super::args::{Frames, RunArgs, SceneArgs, SettingsArgs, aov, frames, number};
-use super::blank::{sky_shown, why_blank};
+use super::blank::why_blank;
+use super::display::DisplayArgs;
 use super::outputs::{self, ImageFiles};
 use super::progress::{FrameProgress, Work};
 use super::refine::{RefineArgs, Refinement};
@@ -51,10 +53,8 @@ pub struct RenderArgs {
     /// Make pixels transparent that no surface covers; the sky lights all the same
     #[arg(long)]
     pub transparent: bool,
-    /// Exposure of a .png in stops: radiance is multiplied by 2^EV [default: automatic, and printed]
-    #[arg(long, value_name = "EV", allow_negative_numbers = true)]
-    #[arg(value_parser = number(|n| n.abs() <= 60.0, "write stops between -60 and 60"))]
-    pub exposure: Option<f64>,
+    #[command(flatten)]
+    pub display: DisplayArgs,
     /// Warm up, then render the same image N times from scratch, time each, and write the last
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..))]
     pub repeat: u32,
@@ -124,7 +124,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     ]);
     let budget_bytes = context.memory_budget();
     let mut report = RenderReport::new(&opened, &settings, &context);
-    report.exposure_ev = args.exposure.map(|ev| ev as f32);
+    report.exposure_ev = args.display.exposure_ev();
+    report.tonemap = (files.kind != ImageKind::Exr).then(|| args.display.tone());
     // The layer alpha tells which pixels show the sky.
     let wanted = |aov: &&Aov| **aov == Aov::Alpha || args.aov.contains(aov);
     let aovs = Aov::ALL.iter().filter(wanted).copied().collect();
@@ -179,17 +180,14 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
 fn image_files(args: &RenderArgs) -> Result<ImageFiles> {
     let standard = file::is_standard(&args.output) && args.frames.is_none();
     let files = if standard {
-        ImageFiles::standard(!args.aov.is_empty())
+        ImageFiles::standard(if args.aov.is_empty() { ImageKind::Png } else { ImageKind::Exr })
     } else {
         ImageFiles::named(&args.output, args.frames.is_some())?
     };
-    let usage = |sentence: &str| Err(Error::Usage(sentence.to_owned()));
-    if !files.exr && !args.aov.is_empty() {
-        return usage("--aov adds layers to an .exr; name one with -o");
+    if files.kind != ImageKind::Exr && !args.aov.is_empty() {
+        return Err(Error::Usage("--aov adds layers to an .exr; name one with -o".into()));
     }
-    if files.exr && args.exposure.is_some() {
-        return usage("--exposure is for a .png; an .exr holds the radiance itself");
-    }
+    args.display.check(files.kind, args.transparent)?;
     Ok(files)
 }
 
@@ -278,24 +276,21 @@ impl Session<'_> {
 
     /// The exposure of every frame is the one that frame 0 chooses, also for those who render others.
     fn choose_exposure(&mut self, frames: Frames) -> Result<()> {
-        if frames.first == 0 || self.files.exr || self.report.exposure_ev.is_some() {
+        if frames.first == 0 || self.files.kind == ImageKind::Exr || self.report.exposure_ev.is_some() {
             return Ok(());
         }
         let (pose, view) = self.shot.at(self.renderer.scene(), 0.0);
         self.renderer.render(&pose, &view)?;
         let image = self.renderer.read();
-        self.exposure_ev(&image, &view);
+        self.display(&image);
         interrupt::check()
     }
 
-    /// The exposure asked for, or the one that the first image chooses for all of them, in stops.
-    fn exposure_ev(&mut self, image: &Layers, view: &View) -> f32 {
-        let scene = self.renderer.scene();
-        *self.report.exposure_ev.get_or_insert_with(|| {
-            let ev = automatic_exposure(image.beauty(), sky_shown(image, scene, view));
-            say!("exposure: {ev} EV, automatic (--exposure {ev} gives the same image)");
-            ev
-        })
+    /// How images are shown: with the exposure asked for, or with the one that the first image chooses for all of them.
+    fn display(&mut self, image: &Layers) -> Display {
+        let args = &self.args.display;
+        let ev = self.report.exposure_ev.get_or_insert_with(|| args.display(image).exposure_ev);
+        Display { tone: args.tone(), exposure_ev: *ev }
     }
 
     /// Writes the last frame as number `frame`, `later_s` seconds after --time.
@@ -309,18 +304,18 @@ impl Session<'_> {
             out::warn(&format!("warning: {broken} pixels are not finite"));
         }
         let (pose, view) = self.shot.at(self.renderer.scene(), later_s);
-        let exposure_ev = (!self.files.exr).then(|| self.exposure_ev(&image, &view));
+        let display = (self.files.kind != ImageKind::Exr).then(|| self.display(&image));
         let scene = self.renderer.scene();
         if frame == self.args.frames.map_or(0, |frames| frames.first) {
-            let exposed = exposure_ev.map(|ev| (ev, self.args.exposure.is_none()));
+            let exposed = display.map(|display| (display, self.args.display.exposure.is_none()));
             let why = why_blank(&image, Still::new(scene, &pose, &view), exposed);
             why.iter().for_each(|why| out::warn(&format!("note: {}: {why}", scene.name)));
         }
         if !self.args.transparent {
             image.layers.retain(|(layer, _)| *layer != Aov::Alpha);
         }
-        if let Some(ev) = exposure_ev {
-            image.write_png(&path, ev)?;
+        if let Some(display) = display {
+            image.write_shown(&path, display)?;
         } else {
             self.header.insert("time".into(), self.shot.time_s(later_s).to_string());
             self.header.insert("settings".into(), self.settings.to_toml());

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use serde_json::{Value, json};
 use twobounce::measure::timing::{PassTiming, Spread, Timings};
+use twobounce::output::display::ToneMap;
 use twobounce::profile::Run;
 use twobounce::settings::Settings;
 use twobounce::vk::Context;
@@ -43,7 +44,9 @@ pub struct RenderReport {
     method: &'static str,
     /// As many passes over the image as were made included.
     pub settings: Settings,
-    /// Exposure of a .png in stops; null for an .exr.
+    /// Tone curve of a .png or .jpg; null for an .exr.
+    pub tonemap: Option<ToneMap>,
+    /// Its exposure in stops.
     pub exposure_ev: Option<f32>,
 }
 
@@ -188,7 +191,13 @@ pub mod tests {
         [frame(1, 2), frame(7, 1)].into_iter().for_each(|frame| timings.push(frame));
         let scene = json!({ "name": "s", "hash": "h", "triangles": 1, "camera": "c", "time_s": 0.0 });
         let memory = json!({ "budget_bytes": 6 });
-        let mut report = RenderReport { exposure_ev: Some(0.5), scene, memory, ..RenderReport::default() };
+        let mut report = RenderReport {
+            tonemap: Some(ToneMap::Agx),
+            exposure_ev: Some(0.5),
+            scene,
+            memory,
+            ..RenderReport::default()
+        };
         report.add(&Run { timings, plan: MemoryPlan { rows: vec![("lights", 4)] }, allocated_bytes: 5 });
         report
     }

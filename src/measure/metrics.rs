@@ -228,16 +228,16 @@ fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
 }
 
 /// The factor by which the 95th percentile of the reference's luminance becomes 0.8; 1 for a black reference.
-pub fn exposure(reference: &[[f32; 3]]) -> f32 {
+fn exposure(reference: &[[f32; 3]]) -> f32 {
     let luminance =
-        reference.iter().filter(|p| finite(p)).map(|p| f64::from(crate::output::png::luminance(*p))).collect();
+        reference.iter().filter(|p| finite(p)).map(|p| f64::from(crate::output::display::luminance(*p))).collect();
     let white = percentile(luminance, 0.95) as f32;
     if white > 0.0 { FLIP_WHITE / white } else { 1.0 }
 }
 
 /// 8-bit sRGB after multiplication by `exposure`, clamped; non-finite pixels are black.
-pub fn exposed(pixels: &[[f32; 3]], exposure: f32) -> Vec<u8> {
-    let code = |v: f32| crate::output::png::srgb_code((v * exposure).clamp(0.0, 1.0));
+fn exposed(pixels: &[[f32; 3]], exposure: f32) -> Vec<u8> {
+    let code = |v: f32| crate::output::display::srgb_code((v * exposure).clamp(0.0, 1.0));
     pixels.iter().flat_map(|p| if finite(p) { p.map(code) } else { [0; 3] }).collect()
 }
 

@@ -1,26 +1,28 @@
 //! Comparison pictures.
 
-use super::metrics::{Comparison, exposed};
+use super::metrics::Comparison;
 use crate::Result;
 use crate::layers::Layers;
-use crate::output::png;
+use crate::output::display::{Display, ToneMap};
+use crate::output::picture::{codes, encode_rgb};
 
 /// The relative difference shown in full colour.
 const FULL_COLOR: f32 = 0.25;
 
 /// A PNG with four panels side by side: image, reference, signed difference (red: too bright, blue: too dark), and FLIP in the
-/// colours of magma. The images have the comparison's exposure.
+/// colours of magma. The images have the exposure that shows the reference by itself.
 pub fn side_by_side(image: &Layers, reference: &Layers, comparison: &Comparison) -> Result<Vec<u8>> {
     let (width, height) = (image.width as usize, image.height as usize);
+    let display = Display::automatic(ToneMap::default(), reference.beauty());
     let panels = [
-        exposed(image.beauty(), comparison.exposure),
-        exposed(reference.beauty(), comparison.exposure),
+        codes(image.beauty(), display),
+        codes(reference.beauty(), display),
         signed_difference(image.beauty(), reference.beauty()),
         magma(&comparison.flip_map, image.width, image.height),
     ];
     let row = |y: usize| panels.iter().flat_map(move |panel| &panel[3 * width * y..3 * width * (y + 1)]);
     let pixels = (0..height).flat_map(row).copied().collect();
-    png::encode_rgb(4 * image.width, image.height, pixels)
+    encode_rgb(4 * image.width, image.height, pixels)
 }
 
 /// RGB per pixel: white where the images are equal, red where the image is brighter, blue where it is darker.

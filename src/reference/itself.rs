@@ -9,7 +9,7 @@ use super::integrator::Integrator;
 use super::{Control, Depth, Options, Stop, integrator, trace};
 use crate::Result;
 use crate::layers::{Aov, Layers};
-use crate::output::png::{MOST_BLACK, automatic_exposure, black_share, luminance};
+use crate::output::display::{Display, MOST_BLACK, ToneMap, black_share, luminance};
 use crate::scene::{Pose, Scene, Still, View};
 
 /// An image of so few pixels and samples tells a lamp from a label that glows.
@@ -43,7 +43,7 @@ pub fn lights_itself(scene: &Scene, pose: &Pose, view: &View) -> Result<bool> {
     }
     let seen: Vec<&[f32; 3]> = surfaces.iter().map(|&pixel| &lit.beauty()[pixel]).collect();
     // Neither the sky nor any other light is there, so that all other pixels are black and do not count.
-    if black_share(&seen, automatic_exposure(lit.beauty(), |_| [f32::NAN; 3])) > MOST_BLACK {
+    if black_share(&seen, Display::automatic(ToneMap::default(), lit.beauty())) > MOST_BLACK {
         return Ok(false);
     }
     let reflected = |&pixel: &usize| luminance(lit.beauty()[pixel]) - luminance(emitted.beauty()[pixel]);

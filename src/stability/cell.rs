@@ -12,7 +12,9 @@ use super::row::{Measured, Pictures, Row};
 use super::stage::Stage;
 use crate::Result;
 use crate::chart::picture;
-use crate::measure::{metrics, refuse_invalid};
+use crate::measure::refuse_invalid;
+use crate::output::display::{Display, ToneMap};
+use crate::output::picture::codes;
 use crate::reference::cache::Cache;
 use crate::reference::film::Film;
 use crate::reference::{Depth, Options, Stop};
@@ -75,8 +77,8 @@ impl Cell<'_> {
         let seconds = start.elapsed().as_secs_f64();
         let (measured, worst) = Measured::of(case, &samples, &self.frame_ms.borrow(), seconds);
         let Sample { image, truth, .. } = &samples[worst];
-        let exposure = metrics::exposure(truth.as_ref().unwrap_or(image));
-        let uri = |pixels: &Pixels| picture::uri((SIZE, SIZE), metrics::exposed(pixels, exposure));
+        let display = Display::automatic(ToneMap::default(), truth.as_ref().unwrap_or(image));
+        let uri = |pixels: &Pixels| picture::uri((SIZE, SIZE), codes(pixels, display));
         let pictures = Pictures { image: uri(image), truth: truth.as_ref().map(uri) };
         Ok((Row { measured: Some(measured), ..row.clone() }, pictures))
     }

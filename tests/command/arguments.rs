@@ -124,8 +124,11 @@ fn outputs_that_cannot_be_written_are_refused_before_anything_is_done() {
     let to = |output: &str, flags: &[&str], parts: &[&str]| {
         refused(folder.path(), &[&["render", "scene.gltf", "-o", output], flags].concat(), parts);
     };
-    to("a.jpg", &[], &["a.jpg", ".png or .exr"]);
-    to("image", &[], &["image", ".png or .exr"]);
+    to("a.gif", &[], &["a.gif", ".png, .jpg or .exr"]);
+    to("image", &[], &["image", ".png, .jpg or .exr"]);
+    to("a.jpg", &["--transparent"], &["transparent", ".png"]);
+    to("a.exr", &["--tonemap", "agx"], &["--tonemap", ".png"]);
+    to("a.png", &["--tonemap", "filmic"], &["filmic", "agx", "neutral"]);
     to("none/a.png", &[], &["none/a.png", "no folder none"]);
     to("scene.gltf/a.png", &[], &["scene.gltf is not a folder"]);
     to("sub.png", &[], &["sub.png", "is a folder"]);

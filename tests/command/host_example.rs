@@ -21,7 +21,8 @@ fn the_example_draws_what_the_command_line_draws() {
         Command::new(&host).arg(&scene).arg(&own).args(["64x48", "voxels=32"]).env("HOST_VALIDATION", "1").output();
     let done = done.expect("the example");
     assert!(done.status.success() && done.stderr.is_empty(), "{}", String::from_utf8_lossy(&done.stderr));
-    let flags = ["--preset", "fast", "--set", "voxels=32", "--size", "64x48", "--exposure", "0", "-q"];
+    let flags =
+        ["--preset", "fast", "--set", "voxels=32", "--size", "64x48", "--exposure", "0", "--noise", "off", "-q"];
     let done = Command::new(twobounce).arg("render").arg(&scene).arg("-o").arg(&other).args(flags).output();
     assert!(done.expect("twobounce").status.success());
     let pixels = |path| image::open(path).expect("a picture").into_rgb8();

@@ -27,5 +27,6 @@ mod shell;
 mod sky;
 mod stability;
 mod study;
+mod tonemap;
 mod view;
 mod vk_missing;

@@ -5,7 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use twobounce::layers::{Aov, Layers};
-use twobounce::output::{exr, file, png};
+use twobounce::output::display::{Display, ToneMap, srgb_code};
+use twobounce::output::{exr, file, picture};
 
 /// An image with awkward values in every layer.
 fn awkward() -> Layers {
@@ -57,10 +58,11 @@ fn exr_gives_back_every_bit_and_the_header() {
 fn the_same_image_gives_the_same_bytes() {
     let metadata: BTreeMap<String, String> = (0..12).map(|i| (format!("key{i}"), format!("{i}"))).collect();
     let image = awkward();
-    let (first_exr, first_png) = (exr::encode(&image, &metadata).unwrap(), png::encode(&image, 0.0).unwrap());
+    let (first_exr, first_png) =
+        (exr::encode(&image, &metadata).unwrap(), picture::encode_png(&image, Display::default()).unwrap());
     for _ in 0..20 {
         assert!(exr::encode(&image, &metadata).unwrap() == first_exr);
-        assert!(png::encode(&image, 0.0).unwrap() == first_png);
+        assert!(picture::encode_png(&image, Display::default()).unwrap() == first_png);
     }
 }
 
@@ -77,41 +79,87 @@ fn damaged_exr_files_are_refused_in_a_sentence() {
 
 #[test]
 fn srgb_codes_are_those_of_the_standard() {
-    assert_eq!([0.0, 1.0, 0.5, 0.214_041, 0.002].map(png::srgb_code), [0, 255, 188, 127, 7]);
-    assert_eq!([-1.0, 2.0, f32::NAN, f32::INFINITY].map(png::srgb_code), [0, 255, 0, 255]);
+    assert_eq!([0.0, 1.0, 0.5, 0.214_041, 0.002].map(srgb_code), [0, 255, 188, 127, 7]);
+    assert_eq!([-1.0, 2.0, f32::NAN, f32::INFINITY].map(srgb_code), [0, 255, 0, 255]);
 }
 
-/// Khronos PBR Neutral: a grey of 0.5 loses the 0.04 offset; the curve is continuous, monotonic and bounded.
+/// Every curve keeps greys grey, rises without a jump from 0 to 1, and stays in bounds.
 #[test]
-fn the_tone_curve_keeps_its_promises() {
-    assert_eq!(png::tone_curve([0.5; 3]), [0.46; 3]);
-    assert_eq!(png::tone_curve([f32::NAN, 0.0, 0.0]), [0.0; 3]);
-    let mut last = -1.0;
-    for i in 0..4000 {
-        let x = (i as f32 * 0.01 - 20.0).exp2();
-        let [r, g, b] = png::tone_curve([x; 3]);
-        assert!(r == g && g == b && r >= last && r <= 1.0, "{x} gives {r} after {last}");
-        // 0.01 of a stop changes the input by 0.7 %, so the output by at most as much.
-        assert!(last < 0.0 || r - last <= 0.007 * x.min(1.0) + 1e-6, "a jump at {x}");
-        last = r;
+fn tone_curves_keep_their_promises() {
+    for tone in ToneMap::ALL {
+        assert!(tone.apply([f32::NAN, 0.0, 0.0]).iter().all(|c| *c < 1e-6), "{tone}");
+        let mut last = -1.0;
+        for i in 0..4000 {
+            let x = (i as f32 * 0.01 - 20.0).exp2();
+            let [r, g, b] = tone.apply([x; 3]);
+            assert!((r - g).abs().max((g - b).abs()) < 1e-5, "{tone}: {x} gives {r}, {g}, {b}");
+            assert!(g >= last - 1e-6 && g <= 1.0, "{tone}: {x} gives {g} after {last}");
+            // 0.01 of a stop changes the input by 0.7 %. No curve is steeper than 1.6 times the display's own exponent of 2.2.
+            assert!(last < 0.0 || g - last <= 0.007 * 1.6 * 2.2 * x.min(1.0) + 1e-6, "{tone}: a jump at {x}");
+            last = g;
+        }
+        assert!(last > 0.99, "{tone}: {last}");
+        for bright in [[f32::INFINITY, 0.0, 0.0], [0.0, 1e9, 2.0], [1.0, 0.0, 30.0]] {
+            let shown = tone.apply(bright);
+            assert!(shown.iter().all(|c| (0.0..=1.0).contains(c)), "{tone}: {shown:?}");
+        }
     }
-    assert!(last > 0.99);
-    let saturated = png::tone_curve([f32::INFINITY, 0.0, 0.0]);
-    assert!(saturated.iter().all(|c| (0.0..=1.0).contains(c)), "{saturated:?}");
+    // Khronos' formula takes 0.04 off; AgX shows 18 % grey as the code 0.5 of its display of exponent 2.2.
+    assert_eq!(ToneMap::Neutral.apply([0.5; 3]), [0.46; 3]);
+    assert!((ToneMap::Agx.apply([0.18; 3])[1] - 0.5f32.powf(2.2)).abs() < 1e-4);
+    assert_eq!(ToneMap::Agx.apply([0.18 * 6.5f32.exp2(); 3]).map(srgb_code), [255; 3]);
+    assert_eq!(ToneMap::Reinhard.apply([1.0; 3]), [0.5; 3]);
+    assert_eq!(ToneMap::Linear.apply([0.25, 3.0, 0.0]), [0.25, 1.0, 0.0]);
+    // Bright red pales in AgX and stays red in the others.
+    let red = ToneMap::ALL.iter().map(|tone| tone.apply([8.0, 0.0, 0.0])[1]).collect::<Vec<_>>();
+    assert!(red[0] > 0.2 && red[1..].iter().all(|green| *green < red[0]), "{red:?}");
 }
 
 #[test]
-fn automatic_exposure_looks_at_surfaces_only() {
-    let sky = [0.3, 0.5, 0.9];
-    let mut pixels = vec![[0.05; 3]; 100];
-    // 0.8 / 0.05 = 16: four stops.
-    assert_eq!(png::automatic_exposure(&pixels, |_| sky), 4.0);
-    pixels.extend([sky; 1000]);
-    pixels.extend([[0.0; 3]; 1000]);
-    pixels.extend([[f32::INFINITY; 3], [f32::NAN; 3]]);
-    assert_eq!(png::automatic_exposure(&pixels, |_| sky), 4.0);
-    assert_eq!(png::automatic_exposure(&[sky; 4], |_| sky), 0.0);
-    assert_eq!(png::automatic_exposure(&[], |_| sky), 0.0);
+fn automatic_exposure_is_what_it_says() {
+    let linear = |pixels: &[[f32; 3]]| ToneMap::Linear.automatic_exposure(pixels);
+    // Of one grey: half-way between the stops that show it as 0.18 and as 0.85.
+    let ev = ((0.18f32 * 0.85).sqrt() / 0.05).log2();
+    assert!((linear(&[[0.05; 3]; 100]) - ev).abs() < 0.006);
+    // A tenth is 64 times as bright: the percentile is among it, and it would be shown as 1.5 but for the bound.
+    let mixed = [vec![[0.05; 3]; 900], vec![[3.2; 3]; 100]].concat();
+    assert!((linear(&mixed) - (0.945f32 / 3.2).log2()).abs() < 0.006);
+    // Black and broken pixels do not count.
+    let broken = [vec![[0.0; 3]; 1000], vec![[f32::INFINITY; 3], [f32::NAN; 3]], vec![[0.05; 3]; 100]].concat();
+    assert_eq!(linear(&broken), linear(&[[0.05; 3]; 100]));
+    assert_eq!((linear(&[]), linear(&[[0.0; 3]; 4])), (0.0, 0.0));
+    // However colourful the image, 5 % of its pixels at most come to code 250.
+    for seed in 0..20u32 {
+        let noise = |i: u32| f32::from((i.wrapping_mul(2_654_435_761).rotate_left(seed) >> 16) as u16) / 65536.0;
+        let stops = 1.0 + seed as f32;
+        let pixels: Vec<[f32; 3]> =
+            (0..3000u32).map(|i| [0, 1, 2].map(|k| ((noise(3 * i + k + seed) - 0.5) * stops).exp2())).collect();
+        for tone in [ToneMap::Neutral, ToneMap::Linear] {
+            let display = Display::automatic(tone, &pixels);
+            let bright = pixels.iter().filter(|p| display.codes(**p).into_iter().any(|code| code >= 250)).count();
+            assert!(20 * bright <= pixels.len(), "{tone}, seed {seed}: {bright} of {}", pixels.len());
+        }
+    }
+}
+
+#[test]
+fn jpegs_show_what_pngs_do() {
+    let side = 64u32;
+    let ramp = |i: u32| [i % side, i / side, side].map(|c| c as f32 / side as f32);
+    let image = Layers::new(side, side, (0..side * side).map(ramp).collect());
+    let folder = tempfile::tempdir().unwrap();
+    let mut shown = Vec::new();
+    for name in ["a.png", "a.jpg", "a.JPEG"] {
+        let path = folder.path().join(name);
+        image.write_shown(&path, Display::default()).unwrap();
+        shown.push(image::open(&path).unwrap().into_rgb8());
+    }
+    assert_eq!(shown[1], shown[2]);
+    let apart = |(a, b): (&u8, &u8)| f64::from(a.abs_diff(*b));
+    let mean = shown[0].iter().zip(shown[1].iter()).map(apart).sum::<f64>() / f64::from(3 * side * side);
+    assert!(mean > 0.0 && mean < 2.0, "{mean} codes apart, by compression");
+    let refused = image.write_shown(&folder.path().join("a.gif"), Display::default()).unwrap_err().to_string();
+    assert!(refused.contains(".png or .jpg"), "{refused}");
 }
 
 #[test]

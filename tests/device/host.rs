@@ -9,7 +9,7 @@ use twobounce::ash::vk;
 use twobounce::host::{
     Aov, Context, Counters, Growth, HostDevice, HostImage, ImageUse, LayerImage, Output, Prepare, Prepared, Seen,
 };
-use twobounce::output::png::srgb_code;
+use twobounce::output::display::srgb_code;
 use twobounce::scene::{Mesh, Pose, Scene};
 use twobounce::settings::Settings;
 use vk_common::images::TestImage;

@@ -7,14 +7,17 @@ use std::process::ExitCode;
 
 use clap::Args;
 use twobounce::assets::DEMO_S;
+use twobounce::output::picture::ImageKind;
 
 use super::args::{Frames, Loop, RunArgs, SceneArgs, SettingsArgs, number, size};
+use super::display::DisplayArgs;
 use super::refine::RefineArgs;
 use super::render::{self, RenderArgs};
 use super::scene::DEMO;
 
 #[derive(Args, Debug)]
 #[command(mut_arg("preset", |preset| preset.default_value("fast")))]
+#[command(mut_arg("exposure", |exposure| exposure.default_value(EXPOSURE_EV)))]
 pub struct DemoArgs {
     /// Write images instead: a pattern such as out_%04d.png
     #[arg(short, long, value_name = "OUT_%04d.png")]
@@ -32,10 +35,8 @@ pub struct DemoArgs {
     #[arg(long, value_name = "F", default_value_t = 30.0, allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n > 0.0 && n <= 1e4, "write frames per second, above 0 and at most 10000"))]
     pub fps: f64,
-    /// Exposure in stops: radiance is multiplied by 2^EV
-    #[arg(long, value_name = "EV", default_value_t = EXPOSURE_EV, allow_negative_numbers = true)]
-    #[arg(value_parser = number(|n| n.abs() <= 60.0, "write stops between -60 and 60"))]
-    pub exposure: f64,
+    #[command(flatten)]
+    pub display: DisplayArgs,
     #[command(flatten)]
     pub settings: SettingsArgs,
     /// Do what this file says in the window, line by line, as a user would; for tests
@@ -46,7 +47,7 @@ pub struct DemoArgs {
 }
 
 /// Both rooms are seen with it: the first image is of the dark one, and would choose too much.
-const EXPOSURE_EV: f64 = 0.5;
+const EXPOSURE_EV: &str = "0.5";
 
 pub fn run(args: &DemoArgs) -> anyhow::Result<ExitCode> {
     let scene = SceneArgs { repeats: Loop::On, ..SceneArgs::plain(Path::new(DEMO), args.size) };
@@ -59,14 +60,14 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<ExitCode> {
 }
 
 fn images(args: &DemoArgs, scene: SceneArgs, output: &Path, frames: u32) -> RenderArgs {
-    let exr = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr"));
+    let exr = ImageKind::of(output) == Some(ImageKind::Exr);
     RenderArgs {
         scene,
         output: output.to_owned(),
         settings: args.settings.clone(),
         aov: vec![],
         transparent: false,
-        exposure: (!exr).then_some(args.exposure),
+        display: if exr { DisplayArgs::default() } else { args.display.clone() },
         repeat: 1,
         still: false,
         frames: Some(Frames { first: 0, last: frames - 1, step: 1 }),
@@ -88,7 +89,7 @@ fn window(args: &DemoArgs, scene: SceneArgs) -> anyhow::Result<ExitCode> {
     let view = super::view::ViewArgs {
         scene,
         settings: args.settings.clone(),
-        exposure: Some(args.exposure),
+        display: args.display.clone(),
         play: true,
         refine: 64,
         #[cfg(feature = "hot-reload")]

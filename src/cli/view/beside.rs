@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use twobounce::gi::Method;
 use twobounce::layers::{Aov, Layers};
+use twobounce::output::display::Display;
 use twobounce::settings::{Bounces, PRESETS, Settings};
 
 use super::job::Frame;
@@ -87,7 +88,7 @@ pub fn picture(frame: &Frame, layer: Layer, mixing: Mixing) -> Option<Picture> {
     let size = frame.picture.size;
     let rgba = match (mix, layer) {
         (Mix::Flicker, _) => (if other { &beside.picture } else { &frame.picture }).rgba.clone(),
-        (Mix::Difference, Layer::Image(layer)) => difference(&frame.image, &beside.image, layer, frame.exposure_ev),
+        (Mix::Difference, Layer::Image(layer)) => difference(&frame.image, &beside.image, layer, frame.display),
         _ => {
             let line = (f64::from(split) * f64::from(size.0)).round() as usize;
             let pairs = frame.picture.rgba.chunks_exact(4).zip(beside.picture.rgba.chunks_exact(4));
@@ -106,14 +107,14 @@ pub fn picture(frame: &Frame, layer: Layer, mixing: Mixing) -> Option<Picture> {
     Some(Picture { size, rgba })
 }
 
-fn difference(own: &Layers, other: &Layers, layer: Aov, exposure_ev: f32) -> Vec<u8> {
+fn difference(own: &Layers, other: &Layers, layer: Aov, display: Display) -> Vec<u8> {
     let of = |image: &'_ Layers| image.get(layer).unwrap_or(image.beauty()).to_vec();
     let (a, b) = (of(own), of(other));
     // Depths of the sky are infinite, and equal.
     let apart = |a: f32, b: f32| if a == b { 0.0 } else { (a - b).abs() };
     let pixels = a.par_iter().zip(&b).map(|(a, b)| std::array::from_fn(|k| apart(a[k], b[k]))).collect();
     let image = Layers { width: own.width, height: own.height, layers: vec![(Aov::Beauty, pixels)] };
-    encode(&image, Aov::Beauty, exposure_ev)
+    encode(&image, Aov::Beauty, display)
 }
 
 #[cfg(test)]

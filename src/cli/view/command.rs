@@ -49,8 +49,9 @@ impl App {
             format!("--preset={}", self.panel.preset),
         ]);
         words.extend(changed(&self.panel.preset, &settings).into_iter().map(|set| format!("--set={set}")));
-        let exposure = self.panel.choice.exposure.or(self.frame.as_ref().map(|frame| frame.exposure_ev));
-        words.extend(["--noise=off".into(), format!("--exposure={}", exposure.unwrap_or(0.0))]);
+        let choice = &self.panel.choice;
+        let exposure = choice.exposure.or(self.frame.as_ref().map(|frame| frame.display.exposure_ev)).unwrap_or(0.0);
+        words.extend(["--noise=off".into(), format!("--tonemap={}", choice.tone), format!("--exposure={exposure}")]);
         words.extend(["-o".into(), "image.png".into()]);
         words::line(&words)
     }
@@ -60,7 +61,7 @@ impl App {
         let frame = self.frame.as_ref().context("there is no picture to save yet: wait for the first")?;
         let mut image = frame.image.clone();
         image.layers.retain(|(layer, _)| *layer != Aov::Alpha);
-        image.write_png(path, frame.exposure_ev)?;
+        image.write_shown(path, frame.display)?;
         let exr = path.with_extension("exr");
         let header = [("settings", self.settings().to_toml()), ("command", self.command())];
         let header = header.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();

@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
 use twobounce::layers::Layers;
+use twobounce::output::display::{Display, ToneMap};
 use twobounce::renderer::FrameReport;
 use twobounce::scene::{Pose, View};
 use twobounce::settings::Settings;
@@ -41,10 +42,19 @@ pub struct Choice {
     pub layer: Layer,
     /// The settings of the picture beside.
     pub beside: Other,
+    pub tone: ToneMap,
     /// Stops; automatic where absent.
     pub exposure: Option<f32>,
     /// At rest, the image goes on to the mean of so many passes.
     pub refine: u32,
+}
+
+impl Choice {
+    /// How an image is shown.
+    pub fn display(&self, image: &Layers) -> Display {
+        let automatic = || self.tone.automatic_exposure(image.beauty());
+        Display { tone: self.tone, exposure_ev: self.exposure.unwrap_or_else(automatic) }
+    }
 }
 
 /// News of other threads for the window.
@@ -65,7 +75,7 @@ pub struct Frame {
     pub job: Job,
     pub picture: Picture,
     pub image: Layers,
-    pub exposure_ev: f32,
+    pub display: Display,
     /// The divisor of the width and height of the picture.
     pub divisor: u32,
     /// From taking the job to the picture.

@@ -8,7 +8,7 @@ use twobounce::gi::rays::inspect::Inspect;
 use twobounce::ground::layout::ListItem;
 use twobounce::ground::volume::FACES;
 use twobounce::layers::{Aov, Layers};
-use twobounce::output::png::{srgb_code, tone_curve};
+use twobounce::output::display::Display;
 use twobounce::renderer::Renderer;
 use twobounce::scene::View;
 use twobounce::settings::Settings;
@@ -98,13 +98,13 @@ impl Layer {
         (name.to_owned(), meaning)
     }
 
-    /// The image's layers that it is made of; alpha tells what is sky, which exposure leaves out.
+    /// The image's layers that it is made of, beside the image itself.
     pub fn needs(self) -> Vec<Aov> {
         let own = match self {
             Self::Image(layer) => layer,
             Self::Grid(_) => Aov::Depth,
         };
-        Aov::ALL.iter().copied().filter(|aov| *aov == Aov::Alpha || *aov == own && own != Aov::Beauty).collect()
+        if own == Aov::Beauty { vec![] } else { vec![own] }
     }
 }
 
@@ -118,10 +118,10 @@ pub struct Grid<'a> {
 
 impl Grid<'_> {
     /// The last frame's picture, RGBA.
-    pub fn picture(&mut self, layer: GridLayer, image: &Layers, ev: f32, view: &View) -> Result<Vec<u8>> {
+    pub fn picture(&mut self, layer: GridLayer, image: &Layers, display: Display, view: &View) -> Result<Vec<u8>> {
         const OUTSIDE: [u8; 4] = [128, 128, 128, 255];
         let shown = |radiance: [f32; 3]| {
-            let [r, g, b] = tone_curve(radiance.map(|c| c * ev.exp2())).map(srgb_code);
+            let [r, g, b] = display.codes(radiance);
             [r, g, b, 255]
         };
         let grid = self.renderer.ground().desc.grid;

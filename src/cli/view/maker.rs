@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use twobounce::gi::rays::inspect::Inspect;
 use twobounce::ground::boxes::FACTOR;
 use twobounce::layers::{Aov, Layers};
-use twobounce::output::png::{automatic_exposure, srgb_code, tone_curve};
+use twobounce::output::display::{Display, srgb_code};
 use twobounce::renderer::{FrameReport, RenderOptions, Renderer};
 use twobounce::scene::Scene;
 use twobounce::settings::Settings;
@@ -22,7 +22,6 @@ use super::layer::{Grid, Layer};
 use super::question::{self, Cost, Found, Question};
 use super::screen::Picture;
 use super::worker::Shared;
-use crate::cli::blank::sky_shown;
 use crate::cli::progress::course::IMAGE_PASSES;
 
 /// Milliseconds of the image while something moves: with encoding and showing it, an answer within 100.
@@ -224,9 +223,9 @@ impl Makers {
     /// The frame that was drawn last, to be shown.
     fn frame(&mut self, job: &Job, divisor: u32, began: Instant, whole: bool) -> Result<Frame> {
         let Self { context, makers, .. } = self;
-        let (picture, image, exposure_ev) = makers[0].picture(job, job.choice.exposure, context)?;
+        let (picture, image, display) = makers[0].picture(job, None, context)?;
         let beside = makers.get_mut(1).map(|maker| {
-            let (picture, image, _) = maker.picture(job, Some(exposure_ev), context)?;
+            let (picture, image, _) = maker.picture(job, Some(display), context)?;
             Ok::<_, Error>(Beside { picture, image, gpu_ms: maker.report().timings.gpu_ms })
         });
         let own = &makers[0];
@@ -234,7 +233,7 @@ impl Makers {
             job: job.clone(),
             picture,
             image,
-            exposure_ev,
+            display,
             divisor,
             ms: 1e3 * began.elapsed().as_secs_f64(),
             report: own.report().clone(),
@@ -345,28 +344,30 @@ impl Maker {
         Ok(question::rays(&inspect.rays(context, question::inspected(&self.renderer), pixel)?, &self.renderer))
     }
 
-    /// The picture that was drawn last, its image, and its exposure in stops.
-    fn picture(&mut self, job: &Job, exposure: Option<f32>, context: &Arc<Context>) -> Result<(Picture, Layers, f32)> {
+    /// The picture that was drawn last, its image, and how it is shown: as `display` says, or by the job's choice.
+    fn picture(
+        &mut self,
+        job: &Job,
+        display: Option<Display>,
+        context: &Arc<Context>,
+    ) -> Result<(Picture, Layers, Display)> {
         let image = self.renderer.read();
-        let scene = self.renderer.scene();
-        let automatic = || automatic_exposure(image.beauty(), sky_shown(&image, scene, &job.view));
-        let ev = exposure.unwrap_or_else(automatic);
+        let display = display.unwrap_or_else(|| job.choice.display(&image));
         let rgba = match job.choice.layer {
-            Layer::Image(layer) => encode(&image, layer, ev),
+            Layer::Image(layer) => encode(&image, layer, display),
             Layer::Grid(layer) => {
                 let (renderer, inspect, settings) = (&self.renderer, &mut self.inspect, &self.made_for.0);
-                Grid { context, renderer, inspect, settings }.picture(layer, &image, ev, &job.view)?
+                Grid { context, renderer, inspect, settings }.picture(layer, &image, display, &job.view)?
             }
         };
-        Ok((Picture { size: self.made_for.1, rgba }, image, ev))
+        Ok((Picture { size: self.made_for.1, rgba }, image, display))
     }
 }
 
 /// A layer as a display takes it; the image as a PNG has it.
-pub fn encode(image: &Layers, layer: Aov, exposure_ev: f32) -> Vec<u8> {
-    let gain = exposure_ev.exp2();
+pub fn encode(image: &Layers, layer: Aov, display: Display) -> Vec<u8> {
     let code = |p: &[f32; 3]| match layer {
-        Aov::Beauty | Aov::Direct | Aov::Indirect => tone_curve(p.map(|c| c * gain)).map(srgb_code),
+        Aov::Beauty | Aov::Direct | Aov::Indirect => display.codes(*p),
         Aov::Normal => p.map(|c| (255.0 * (0.5 * c + 0.5)).round() as u8),
         // Half as bright a metre away.
         Aov::Depth => p.map(|c| srgb_code(1.0 / (1.0 + c))),

@@ -42,7 +42,8 @@ use winit::event_loop::{ActiveEventLoop, EventLoop, EventLoopProxy};
 use winit::keyboard::KeyCode;
 use winit::window::Window;
 
-use super::args::{RunArgs, SceneArgs, SettingsArgs, number};
+use super::args::{RunArgs, SceneArgs, SettingsArgs};
+use super::display::DisplayArgs;
 use super::interrupt;
 use answers::Losses;
 use eye::Eye;
@@ -62,10 +63,8 @@ pub struct ViewArgs {
     pub scene: SceneArgs,
     #[command(flatten)]
     pub settings: SettingsArgs,
-    /// Exposure in stops: radiance is multiplied by 2^EV [default: automatic]
-    #[arg(long, value_name = "EV", allow_negative_numbers = true)]
-    #[arg(value_parser = number(|n| n.abs() <= 60.0, "write stops between -60 and 60"))]
-    pub exposure: Option<f64>,
+    #[command(flatten)]
+    pub display: DisplayArgs,
     /// Play the animation at once
     #[arg(long)]
     pub play: bool,
@@ -137,8 +136,8 @@ fn show(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     let settings = opened.fitted(settings);
     #[cfg(feature = "hot-reload")]
     reload::begin(args.glsl.as_deref(), event_loop.create_proxy())?;
-    let (exposure, refine) = (args.exposure.map(|ev| ev as f32), args.refine);
-    let choice = Choice { settings, exposure, refine, ..Choice::default() };
+    let (tone, exposure) = (args.display.tone(), args.display.exposure_ev());
+    let choice = Choice { settings, tone, exposure, refine: args.refine, ..Choice::default() };
     let now = Instant::now();
     let mut app = App {
         run: args.run.clone(),

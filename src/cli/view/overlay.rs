@@ -1,7 +1,7 @@
 //! Lines over the picture: where the grids stand, and the rays of a pixel.
 
 use glam::DVec3;
-use twobounce::output::png::{srgb_code, tone_curve};
+use twobounce::output::display::Display;
 use twobounce::scene::View;
 
 use super::question::Ray;
@@ -43,9 +43,9 @@ impl<'a> Lines<'a> {
     }
 
     /// Rays as bright as what they brought, exposed like the picture; what brought nothing is grey.
-    pub fn rays(&self, rays: &[Ray], exposure_ev: f32) {
+    pub fn rays(&self, rays: &[Ray], display: Display) {
         for ray in rays {
-            let [r, g, b] = tone_curve(ray.light.map(|c| c * exposure_ev.exp2())).map(srgb_code);
+            let [r, g, b] = display.codes(ray.light);
             let color = egui::Color32::from_rgb(r.max(60), g.max(60), b.max(60));
             self.line([ray.from, ray.to], egui::Stroke::new(1.0, color));
             if let Some([_, end]) = self.view.segment([ray.from, ray.to], self.size) {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use twobounce::output::display::ToneMap;
 use twobounce::settings::{PRESETS, Range, Settings};
 use twobounce::vk::Step;
 
@@ -172,7 +173,7 @@ impl Panel {
             });
             ui.label(format!("passes {:.1} ms, beside {:.1} ms", beside.0, beside.1));
         }
-        let automatic = frame.map_or(0.0, |frame| frame.exposure_ev);
+        let automatic = frame.map_or(0.0, |frame| frame.display.exposure_ev);
         ui.horizontal(|ui| {
             let mut own = self.choice.exposure.is_some();
             ui.checkbox(&mut own, "exposure");
@@ -180,6 +181,11 @@ impl Panel {
             match &mut self.choice.exposure {
                 Some(ev) => drop(ui.add(egui::Slider::new(ev, -10.0..=10.0).suffix(" EV"))),
                 None => drop(ui.label(format!("{automatic} EV, automatic"))),
+            }
+        });
+        egui::ComboBox::from_label("tone curve").selected_text(self.choice.tone.name()).show_ui(ui, |ui| {
+            for tone in ToneMap::ALL {
+                ui.selectable_value(&mut self.choice.tone, *tone, tone.name());
             }
         });
         let refine = egui::Slider::new(&mut self.choice.refine, 1..=4096).logarithmic(true);

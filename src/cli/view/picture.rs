@@ -71,7 +71,7 @@ impl App {
                 if panel.bounds {
                     lines.boxes(&frame.boxes);
                 }
-                lines.rays(&panel.rays, frame.exposure_ev);
+                lines.rays(&panel.rays, frame.display);
             }
             panel.show(ui.ctx(), frame, compared, step);
         });
@@ -86,7 +86,7 @@ impl App {
         let resized = shown.screen.size() != size;
         if let (Some(path), Some(picture)) = (grab, grabbed) {
             let rgb = picture.rgba.chunks_exact(4).flat_map(|p| p[..3].to_vec()).collect();
-            file::write(path, &twobounce::output::png::encode_rgb(picture.size.0, picture.size.1, rgb)?)?;
+            file::write(path, &twobounce::output::picture::encode_rgb(picture.size.0, picture.size.1, rgb)?)?;
         }
         let chosen = self.asked.as_ref().is_none_or(|job| job.choice == self.panel.choice);
         if !chosen || resized {

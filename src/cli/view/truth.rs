@@ -76,7 +76,7 @@ impl Drop for Truth {
 impl Compared {
     /// The image at `fade` 0, the reference at 1, FLIP per pixel at 2 (white is 1), and between them in between.
     pub fn picture(&self, frame: &Frame, fade: f32) -> Picture {
-        let reference = encode(&self.reference, Aov::Beauty, frame.exposure_ev);
+        let reference = encode(&self.reference, Aov::Beauty, frame.display);
         let flip = &self.comparison.flip_map;
         let mixed = frame.picture.rgba.iter().zip(&reference).enumerate().map(|(at, (&image, &reference))| {
             let error = if at % 4 == 3 { 255.0 } else { 255.0 * flip[at / 4] };

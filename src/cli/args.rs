@@ -62,9 +62,12 @@ pub struct SceneArgs {
     /// Refuse a scene of which a texture or a required extension would be left out
     #[arg(long)]
     pub strict: bool,
-    /// Add a sky and a directional light: `auto` where the scene has no light and no sky and does not light itself
+    /// Add a studio's light, softboxes and a directional light: `auto` where the scene has no light and no sky and does not light itself
     #[arg(long, value_name = "WHEN", value_enum, default_value_t = DefaultLight::Auto)]
     pub default_light: DefaultLight,
+    /// Add a grey ground below the scene: `auto` with the default light, where the camera is above it
+    #[arg(long, value_name = "WHEN", value_enum, default_value_t = Ground::Auto)]
+    pub ground: Ground,
 }
 
 /// The sky, which is visible and lights the scene.
@@ -157,6 +160,14 @@ pub enum Loop {
 /// When light is added that the file does not have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum DefaultLight {
+    On,
+    Off,
+    Auto,
+}
+
+/// When a ground is added that the file does not have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Ground {
     On,
     Off,
     Auto,

@@ -7,6 +7,8 @@ use twobounce::scene::{Pose, Projection, Scene, Still, View};
 
 /// An image is reported as white if a larger share of the pixels that show a surface is.
 const MOST_WHITE: f64 = 0.99;
+/// An image is reported as black if a larger share of all of its pixels is.
+const MOST_BLACK_OF_ALL: f64 = 0.9;
 /// 8-bit codes from here on count as white.
 const WHITE: u8 = 253;
 
@@ -28,7 +30,16 @@ pub fn why_blank(
     let (share, what) = match (black > MOST_BLACK, white > MOST_WHITE) {
         (true, _) => (black, "black"),
         (_, true) => (white, "white"),
-        _ => return None,
+        _ => {
+            if scene.sky_unseen {
+                return None; // what shows no surface is clear
+            }
+            let share = black_share(&image.beauty().iter().collect::<Vec<_>>(), display);
+            return (share >= MOST_BLACK_OF_ALL).then(|| {
+                let percent = (100.0 * share).floor();
+                format!("{percent} % of the image is black, most of it where no surface is; move the camera nearer, or give a --sky")
+            });
+        }
     };
     let (percent, ev) = ((100.0 * share).floor(), display.exposure_ev);
     Some(if automatic {

@@ -45,8 +45,8 @@ pub struct ReferenceArgs {
     /// Print the N commands that share the samples of --samples, a line each, and do nothing
     #[arg(long, value_name = "N", requires = "samples", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub list: Option<u32>,
-    /// full, direct, or a number of indirect bounces
-    #[arg(long, value_name = "full|direct|N", default_value = "full", value_parser = depth, allow_hyphen_values = true)]
+    /// Number of indirect bounces, as those of render by default; direct, or full for all light
+    #[arg(long, value_name = "N|direct|full", default_value = "2", value_parser = depth, allow_hyphen_values = true)]
     pub depth: Depth,
     /// Other seeds give other noise
     #[arg(long, value_name = "S", default_value_t = 0)]
@@ -78,7 +78,7 @@ fn depth(text: &str) -> std::result::Result<Depth, String> {
     match text {
         "full" => Ok(Depth::Full),
         "direct" => Ok(Depth::Bounces(0)),
-        _ => text.parse().map(Depth::Bounces).map_err(|_| "write full, direct or a number of indirect bounces".into()),
+        _ => text.parse().map(Depth::Bounces).map_err(|_| "write a number of indirect bounces, direct or full".into()),
     }
 }
 

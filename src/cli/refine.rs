@@ -109,7 +109,7 @@ impl Refinement {
         let Some(left) = self.left().filter(|left| self.passes == 2 && *left > LONG) else { return Ok(None) };
         let depth = same_depth(still.scene, settings);
         let flag = match depth {
-            Depth::Full => String::new(),
+            Depth::Full => " --depth full".to_owned(),
             Depth::Bounces(bounces) => format!(" --depth {bounces}"),
         };
         let paths = paths_time(still, size, depth, self.noise)?;

@@ -15,7 +15,7 @@ use twobounce::settings::Settings;
 use twobounce::vk::{Context, ContextOptions};
 use twobounce::{Error, Result};
 
-use super::args::{DefaultLight, DeviceArgs, Loop, RunArgs, SceneArgs};
+use super::args::{DefaultLight, DeviceArgs, Ground, Loop, RunArgs, SceneArgs};
 use super::out;
 use super::progress::watch;
 use crate::say;
@@ -116,7 +116,7 @@ impl SceneArgs {
         let shot = Shot { playback, time_s: self.time, camera };
         let mut notes = std::mem::take(&mut scene.warnings);
         notes.extend(of_sky);
-        if let Some(note) = self.light(&mut scene, &shot)? {
+        if let Some(note) = self.light(&mut scene, &shot, &bounds)? {
             notes.push(note);
         }
         notes.iter().for_each(|note| out::warn(&format!("note: {}: {note}", scene.name)));
@@ -124,8 +124,8 @@ impl SceneArgs {
         Ok(Opened { scene, size: self.size, camera: words, sky, shot, bounds })
     }
 
-    /// Adds light where the scene needs some. Returns what is to be said about that.
-    fn light(&self, scene: &mut Scene, shot: &Shot) -> Result<Option<String>> {
+    /// Adds light, and a ground that takes it, where the scene needs some. Returns what is to be said about that.
+    fn light(&self, scene: &mut Scene, shot: &Shot, bounds: &OnceLock<Bounds>) -> Result<Option<String>> {
         let lit = |scene: &Scene| {
             let (pose, view) = shot.at(scene, 0.0);
             lights_itself(scene, &pose, &view)
@@ -136,14 +136,24 @@ impl SceneArgs {
             _ if lit(scene)? => "",
             _ => "the scene has no light or sky, and what it emits hardly lights anything that is seen",
         };
-        let add = |scene: &mut Scene| scene.add_default_light(&shot.first_view(scene));
-        Ok(match self.default_light {
-            DefaultLight::Off if why.is_empty() => None,
-            DefaultLight::Off => Some(format!("{why}: the image will be black or nearly so")),
-            DefaultLight::Auto if why.is_empty() => None,
-            DefaultLight::On if why.is_empty() => Some(add(scene)),
-            _ => Some(format!("{why}: {}", add(scene))),
-        })
+        // Those of the scene itself, before anything is added.
+        let about = |scene: &Scene| *bounds.get_or_init(|| scene.bounds_of(&shot.playback));
+        let add = |scene: &mut Scene| {
+            let (view, bounds) = (shot.first_view(scene), about(scene));
+            // From below, a ground would hide what is seen.
+            let ground = self.ground == Ground::On || self.ground == Ground::Auto && view.eye.y > bounds.min.y;
+            scene.add_studio(&view, bounds, ground)
+        };
+        let needs = !why.is_empty();
+        if self.default_light == DefaultLight::On || self.default_light == DefaultLight::Auto && needs {
+            let added = add(scene);
+            return Ok(Some(if needs { format!("{why}: {added}") } else { added }));
+        }
+        if self.ground == Ground::On {
+            let bounds = about(scene);
+            scene.add_ground(bounds);
+        }
+        Ok(needs.then(|| format!("{why}: the image will be black or nearly so")))
     }
 
     /// Opens the scene and the device, and prints what they are.
@@ -200,7 +210,10 @@ impl SceneArgs {
             }
             None => {
                 let fov = fov.unwrap_or(DEFAULT_FOV_DEGREES.to_radians());
-                let view = View::framing_within(bounds(), fov);
+                let aspect = f64::from(self.size.0) / f64::from(self.size.1);
+                let bounds = bounds();
+                let view = View::filling(&scene.outline(bounds), fov, aspect);
+                let view = view.unwrap_or_else(|| View::framing_within(bounds, fov));
                 (Camera::Fixed(view), format!("framing the scene{fov_words}"))
             }
         })
@@ -248,7 +261,12 @@ impl Opened {
 
     /// The scene as other flags show it: another moment, another camera. And the camera in words.
     pub fn seen(&self, args: &SceneArgs) -> Result<(Pose, View, String)> {
-        let (camera, words) = args.choose_camera(&self.scene, || self.bounds())?;
+        let frames = args.eye.is_none() && self.scene.cameras.is_empty();
+        let (camera, words) = match &self.shot.camera {
+            // A ground has been added since.
+            Camera::Fixed(view) if frames => (Camera::Fixed(*view), self.camera.clone()),
+            _ => args.choose_camera(&self.scene, || self.bounds())?,
+        };
         let shot = Shot { time_s: args.time, camera, ..self.shot.clone() };
         let (pose, view) = shot.at(&self.scene, 0.0);
         Ok((pose, view, words))

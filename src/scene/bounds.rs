@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::collections::HashSet;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{BVec3, DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::{Bounds, Instance, Playback, Pose, Scene};
@@ -48,7 +48,27 @@ impl Bounds {
     }
 }
 
+/// Vertices up to which an outline is made of them.
+const OUTLINE_MAX: usize = 1 << 20;
+
 impl Scene {
+    /// Points that stand for the scene's extent: its vertices where nothing plays and they are not very many, else the corners of
+    /// `bounds`.
+    pub fn outline(&self, bounds: Bounds) -> Vec<DVec3> {
+        let vertices: usize = self.instances.iter().map(|instance| self.meshes[instance.mesh].positions.len()).sum();
+        if !self.animations.is_empty() || vertices > OUTLINE_MAX {
+            let corner = |i: u32| DVec3::select(BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), bounds.max, bounds.min);
+            return (0..8).map(corner).filter(|corner| corner.is_finite()).collect();
+        }
+        let pose = self.pose(None, 0.0);
+        let places = self.instances.iter().zip(&pose.world_from_instance);
+        let points = places.flat_map(|(instance, place)| {
+            let positions = self.meshes[instance.mesh].posed_positions(&pose).into_owned();
+            positions.into_iter().map(|p| place.transform_point3(p.as_dvec3()))
+        });
+        points.collect()
+    }
+
     /// The box around all vertices over the whole `animation`, in metres: at its keys and at 64 uniform times. Motion
     /// between these times (the arc of a fast rotation) can leave the box slightly. Very long animations are sampled at
     /// 4096 uniform times, and at fewer where very much moves. Very large meshes are replaced by their boxes; where they

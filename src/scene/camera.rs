@@ -6,6 +6,10 @@ use super::{Bounds, Pose, Projection, Scene, View};
 
 /// Vertical field of view of cameras that nobody chose, degrees.
 pub const DEFAULT_FOV_DEGREES: f32 = 45.0;
+/// Towards the eye of a view that nobody chose: from the front, slightly from above and the right.
+const FRONT: DVec3 = DVec3::new(0.35, 0.3, 1.0);
+/// The share of an image's width or height that a scene takes then.
+const FILLED: f64 = 2.0 / 3.0;
 /// The distance of the near plane over that of the target.
 const NEAR_PART: f64 = 1e-3;
 
@@ -29,8 +33,42 @@ impl View {
         let radius = 0.5 * bounds.size().length();
         let radius = if radius > 0.0 { radius } else { 1.0 };
         let distance = radius / f64::from(0.5 * fov).sin();
-        let eye = bounds.center() + DVec3::new(0.35, 0.3, 1.0).normalize() * distance;
+        let eye = bounds.center() + FRONT.normalize() * distance;
         Self::look_at(eye, bounds.center(), DVec3::Y, fov)
+    }
+
+    /// From the direction of [`Self::framing`], so near that the longer way of `points` across the image, whose width is `aspect` times
+    /// its height, takes two thirds of it, and the middle of that way is the image's. `None` without points apart from each other.
+    pub fn filling(points: &[DVec3], fov: f32, aspect: f64) -> Option<Self> {
+        let view = Self::from_axes(
+            DVec3::ZERO,
+            -FRONT,
+            DVec3::Y,
+            Projection::Orthographic { half_height: 1.0, near: 0.0, far: 0.0 },
+        );
+        let [right, up, forward] = [view.right(), view.up, view.forward];
+        let half = (0.5 * f64::from(fov)).tan();
+        // From near by, so that nothing is rounded that lies far from the origin.
+        let middle = *points.first()?;
+        // Seen from the depth −d, a point is within the share k/half of the image if |x − s| ≤ k (z + d), where the eye is at s.
+        let along = |axis: DVec3, k: f64| {
+            let ends = points.iter().map(|p| *p - middle).map(|p| (p.dot(axis), k * p.dot(forward)));
+            let (high, low) = ends
+                .fold((f64::NEG_INFINITY, f64::INFINITY), |(high, low), (x, kz)| (high.max(x - kz), low.min(x + kz)));
+            (0.5 * (high + low), (high - low) / (2.0 * k))
+        };
+        let (x, far_for_x) = along(right, FILLED * half * aspect);
+        let (y, far_for_y) = along(up, FILLED * half);
+        let depths = points.iter().map(|p| (*p - middle).dot(forward));
+        let (nearest, farthest) =
+            depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)));
+        let back = far_for_x.max(far_for_y);
+        // How far the eye is from the middle of the depths.
+        let distance = back + 0.5 * (nearest + farthest);
+        (distance.is_finite() && back + nearest > 1e-6 * back.abs() && distance > 0.0).then(|| {
+            let eye = middle + x * right + y * up - back * forward;
+            Self::look_at(eye, eye + distance * forward, DVec3::Y, fov)
+        })
     }
 
     /// The view of a camera node along its −Z. Scale has no effect; with shear, up is the part of +Y orthogonal to −Z.

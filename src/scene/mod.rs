@@ -17,6 +17,7 @@ mod lights;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod sheen;
 pub mod sky;
+mod studio;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod surface;
 #[cfg_attr(not(internals), doc(hidden))]

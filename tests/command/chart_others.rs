@@ -116,8 +116,8 @@ fn an_imported_image_has_the_errors_of_the_charts_own() {
     // shadowed exactly, so that they differ by the noise of the reference's shadows alone, of which a point light has
     // none but along edges.
     let reference =
-        ["reference", SCENE, "--noise", "20", "--aov", "direct,diffuse", "--size", "32x24", "-o", "truth.exr", "-q"];
-    folder.done(&reference);
+        ["reference", SCENE, "--depth", "full", "--noise", "20", "--aov", "direct,diffuse", "--size", "32x24", "-q"];
+    folder.done(&[&reference[..], &["-o", "truth.exr"]].concat());
     folder.done(&["compare", "layers.exr", "truth.exr", "--json", "compared.json"]);
     let compared = folder.json("compared.json");
     for (of_chart, of_compare) in [("total", "total"), ("indirect", "indirect"), ("diffuse", "indirect_diffuse")] {
@@ -312,7 +312,7 @@ fn the_path_tracer_stands_beside_the_settings() {
     for (row, old) in again[1..].iter().zip(&traced[1..3]) {
         assert_eq!((&row["name"], &row["measured"]["full"]), (&old["name"], &old["measured"]["full"]));
     }
-    let size = ["--size", "32x24", "--aov", "direct,diffuse", "-q"];
+    let size = ["--depth", "full", "--size", "32x24", "--aov", "direct,diffuse", "-q"];
     folder.done(&[&["reference", SCENE, "-o", "traced.exr", "--spp", "16", "--seed", "1"][..], &size].concat());
     folder.done(&[&["reference", SCENE, "-o", "truth.exr", "--noise", "4"][..], &size].concat());
     folder.done(&["compare", "traced.exr", "truth.exr", "--json", "compared.json"]);

@@ -61,7 +61,7 @@ fn what_is_wrong_is_one_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let wrong: [(&[&str], &str); 5] = [
         (&["-o", "out.png"], "out_%04d.png"),
-        (&["-o", "out_%d.gif"], ".png or .exr"),
+        (&["-o", "out_%d.gif"], ".png, .jpg or .exr"),
         (&["--json", "b.json"], "--benchmark"),
         (&["--benchmark", "-o", "out_%d.png"], "--benchmark"),
         (&["--fps", "0"], "frames per second"),

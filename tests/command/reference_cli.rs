@@ -140,7 +140,7 @@ fn invalid_arguments_give_one_sentence() {
     }
     for (more, part) in [
         (&["--noise", "0"][..], "write a percentage above 0"),
-        (&["--depth", "some"], "write full, direct or a number"),
+        (&["--depth", "some"], "write a number of indirect bounces, direct or full"),
         (&["--spp", "0"], "--spp"),
         (&["-o", "x.png"], "cannot be used multiple times"),
     ] {

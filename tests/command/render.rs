@@ -181,7 +181,7 @@ fn a_dark_scene_gets_a_light_and_says_so() {
         assert!(output.status.success() && message.lines().count() == 1 && message.contains(said), "{message}");
         layers(&folder.path().join("dark.exr")).beauty().iter().map(|p| p[1]).sum::<f32>()
     };
-    assert!(brightness(&[], "added a sky of radiance 0.7 above to 0.1 below, and a directional light") > 0.0);
+    assert!(brightness(&[], "added a studio: softboxes, a directional light") > 0.0);
     assert_eq!(brightness(&["--default-light", "off"], "will be black"), 0.0);
 }
 

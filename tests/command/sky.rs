@@ -10,7 +10,7 @@ use twobounce::layers::{Aov, Layers};
 use twobounce::output::exr::Metadata;
 
 fn run(folder: &Path, args: &[&str]) -> Output {
-    let small = ["--size", "24x16", "--set", "voxels=16", "--set", "image.samples=1"];
+    let small = ["--size", "24x16", "--set", "voxels=16", "--set", "image.samples=1", "--noise=off"];
     let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
     command.current_dir(folder).args(["render", "scene.gltf"]).args(args).args(small).output().unwrap()
 }

@@ -47,7 +47,7 @@ pub fn scene(mut scene: Scene, choice: u64) {
         let _ = lights_itself(&scene, &pose, &view);
     }
     if !scene.has_light() {
-        scene.add_default_light(&view);
+        scene.add_studio(&view, scene.bounds(None), true);
         pose = scene.pose(animation, 0.0);
     }
     let settings = (PRESETS[(choice >> 24) as usize % PRESETS.len()].settings)();

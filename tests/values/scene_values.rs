@@ -264,18 +264,39 @@ fn a_camera_added_from_a_view_sees_that_view() {
 }
 
 #[test]
-fn the_default_light_is_added_and_stated() {
+fn scenes_tell_whether_they_have_light() {
     let mut scene = Scene::empty("dark");
     let grey = scene.add_material(Material::lambert("grey", Vec3::splat(0.5)));
     scene.add_mesh(Mesh::quad("quad", grey, Vec3::ZERO, Vec3::X, Vec3::Y), DAffine3::IDENTITY);
     assert!(!scene.has_light());
-    let said = scene.add_default_light(&View::look_at(DVec3::Z, DVec3::ZERO, DVec3::Y, 1.0));
-    assert!(scene.has_light() && said.contains("directional") && said.contains("2.221"), "{said}");
-    // From the upper left: it shines right, down and away from the camera.
-    let direction = scene.pose(None, 0.0).lights[0].direction;
-    assert!(direction.x > 0.0 && direction.y < 0.0 && direction.z < 0.0);
+    let (view, bounds) = (View::look_at(DVec3::Z, DVec3::ZERO, DVec3::Y, 1.0), scene.bounds(None));
+    scene.add_studio(&view, bounds, false);
+    assert!(scene.has_light() && scene.instances.len() == 1);
     assert!(Scene { sky: Vec3::ONE, ..Scene::default() }.has_light());
     assert!(analytic::furnace(0.5, 1.0, false).has_light());
+}
+
+/// The longer way takes two thirds of the image, and its middle is the image's.
+#[test]
+fn a_view_that_is_filled_is_filled_to_two_thirds() {
+    let tall = [DVec3::new(1.0, 0.0, 2.0), DVec3::new(1.2, 5.0, 2.0), DVec3::new(0.7, 3.0, 1.0)];
+    let wide = [DVec3::new(-9.0, 0.0, 0.0), DVec3::new(7.0, 0.3, -3.0), DVec3::new(1.0, 2.0, 4.0)];
+    for (points, aspect) in [(tall, 1.5), (wide, 1.5), (wide, 0.5), (tall.map(|p| p * 1e-4), 1.0)] {
+        let view = View::filling(&points, 0.7, aspect).unwrap();
+        let half = (0.5f64 * 0.7f32 as f64).tan();
+        let seen = points.map(|p| {
+            let to = p - view.eye;
+            let ahead = to.dot(view.forward) * half;
+            assert!(ahead > 0.0);
+            [to.dot(view.right()) / ahead / aspect, to.dot(view.up) / ahead]
+        });
+        let ways = [0, 1]
+            .map(|axis| seen.iter().fold((1e9f64, -1e9f64), |(low, high), p| (low.min(p[axis]), high.max(p[axis]))));
+        assert!(ways.iter().all(|(low, high)| low.max(-*high) > -1.0 && high - low < 4.0 / 3.0 + 1e-9), "{ways:?}");
+        let is_filled = |(low, high): &(f64, f64)| (high - 2.0 / 3.0).abs().max((low + 2.0 / 3.0).abs()) < 1e-9;
+        assert!(ways.iter().any(is_filled), "{ways:?}");
+    }
+    assert!(View::filling(&[], 0.7, 1.0).is_none() && View::filling(&[DVec3::ONE], 0.7, 1.0).is_none());
 }
 
 /// The volume inside outward triangles (divergence theorem).

@@ -77,7 +77,7 @@ function commandOf(row) {
   if (isGiven(row) || row.source.paths === 1) return "";
   if (isOther(row)) {
     const trace = command.replace("twobounce render", "twobounce reference").replace("-o image.png", "-o image.exr");
-    return `${trace} --spp ${row.source.paths} --seed ${data.paths_seed} --aov direct`;
+    return `${trace} --spp ${row.source.paths} --seed ${data.paths_seed} --depth full --aov direct`;
   }
   return [command, "--preset", quoted(row.preset), ...row.changes.map((change) => `--set ${quoted(change)}`), "--noise off"].join(" ");
 }

@@ -151,7 +151,7 @@ pub fn direction(across: f64, down: f64) -> DVec3 {
 }
 
 /// The direction of the middle of texel (x, y) in a map of `size` columns and rows.
-fn middle(x: usize, y: usize, size: [usize; 2]) -> DVec3 {
+pub(super) fn middle(x: usize, y: usize, size: [usize; 2]) -> DVec3 {
     direction((x as f64 + 0.5) / size[0] as f64, (y as f64 + 0.5) / size[1] as f64)
 }
 
@@ -211,7 +211,7 @@ impl Texels<'_> {
 }
 
 /// Solid angle of a texel in row y of a map of that size, sr.
-fn solid_angle(width: usize, height: usize, y: usize) -> f64 {
+pub(super) fn solid_angle(width: usize, height: usize, y: usize) -> f64 {
     let above = |row: usize| (PI * row as f64 / height as f64).cos();
     TAU / width as f64 * (above(y) - above(y + 1))
 }

@@ -1,0 +1,181 @@
+//! A studio for a scene that has no light: an environment with softboxes, a directional light, and a ground that takes shadows.
+
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
+
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+
+use super::sky::{Panorama, middle, solid_angle};
+use super::{Bounds, LightKind, Material, Mesh, Scene, View};
+
+/// Irradiance of the directional light: a white surface that faces it reflects 1/√2 of radiance.
+const IRRADIANCE: f64 = PI * FRAC_1_SQRT_2;
+/// Tangent of its half angle, 3°.
+const LIGHT_RADIUS: f32 = 0.05;
+/// Reflectance of the ground.
+const ALBEDO: f32 = 0.5;
+/// Half the side of the ground over the radius of the scene. Beyond it the environment shows the ground's radiance.
+const GROUND_SIDE: f64 = 8.0;
+/// The ground's depth below the scene over the scene's radius, so that a face at the bottom of a model stays in front of it.
+const GROUND_BELOW: f64 = 1e-3;
+/// Radiance of the walls, above the horizon and straight up.
+const WALLS: [f64; 2] = [0.45, 0.3];
+/// Sine of the elevation at which the walls take over from the ground's radiance.
+const SWEEP: f64 = 0.35;
+/// Radiance below the horizon where there is no ground: at the horizon and straight down.
+const DARK_FLOOR: [f64; 2] = [0.3, 0.1];
+/// Texels of the environment.
+const SIZE: [usize; 2] = [256, 128];
+
+/// A soft rectangle of light far away.
+struct Softbox {
+    /// Unit, from the scene.
+    towards: DVec3,
+    /// Tangents of the half angles, across and up.
+    half: [f64; 2],
+    radiance: f64,
+}
+
+impl Softbox {
+    /// Its share of the radiance that comes from unit d, without a step at its edges.
+    fn at(&self, d: DVec3) -> f64 {
+        let ahead = d.dot(self.towards);
+        if ahead <= 0.0 {
+            return 0.0;
+        }
+        let across = DVec3::Y.cross(self.towards).try_normalize().unwrap_or(DVec3::X);
+        let up = self.towards.cross(across);
+        let inside = |axis: DVec3, half: f64| {
+            let t = ((1.1 - (d.dot(axis) / ahead / half).abs()) / 0.2).clamp(0.0, 1.0);
+            t * t * (3.0 - 2.0 * t)
+        };
+        self.radiance * inside(across, self.half[0]) * inside(up, self.half[1])
+    }
+}
+
+/// The environment about a view.
+struct Environment {
+    boxes: [Softbox; 3],
+    /// Radiance of the ground far from the scene, where there is one.
+    ground: Option<f64>,
+}
+
+impl Environment {
+    /// `light`: the direction in which the directional light shines.
+    fn new(view: &View, light: DVec3) -> Self {
+        let level = |d: DVec3| (d - DVec3::Y * d.y).try_normalize();
+        // A view straight down or up has its horizon along its own up.
+        let ahead = level(view.forward).or_else(|| level(view.up)).unwrap_or(DVec3::NEG_Z);
+        let right = ahead.cross(DVec3::Y);
+        let at = |side: f64, up: f64, forward: f64| (side * right + up * DVec3::Y + forward * ahead).normalize();
+        let boxes = [
+            Softbox { towards: -light, half: [0.5, 0.5], radiance: 3.0 },
+            // A strip at the right, and one high behind what is seen.
+            Softbox { towards: at(1.0, 0.45, -0.3), half: [0.16, 0.6], radiance: 2.0 },
+            Softbox { towards: at(-0.3, 1.1, 0.9), half: [0.7, 0.16], radiance: 2.0 },
+        ];
+        Self { boxes, ground: None }
+    }
+
+    /// Radiance from unit d.
+    fn at(&self, d: DVec3) -> f64 {
+        let mix = |ends: [f64; 2], t: f64| ends[0] + (ends[1] - ends[0]) * t;
+        if d.y < 0.0 {
+            return self.ground.unwrap_or_else(|| mix(DARK_FLOOR, -d.y));
+        }
+        let walls = mix(WALLS, d.y);
+        let t = (d.y / SWEEP).min(1.0);
+        let horizon = self.ground.unwrap_or(DARK_FLOOR[0]);
+        mix([horizon, walls], t * t * (3.0 - 2.0 * t)) + self.boxes.iter().map(|softbox| softbox.at(d)).sum::<f64>()
+    }
+
+    /// Irradiance on the ground.
+    fn irradiance(&self) -> f64 {
+        let texel = |i: usize| {
+            let (x, y) = (i % SIZE[0], i / SIZE[0]);
+            let d = middle(x, y, SIZE);
+            self.at(d) * d.y.max(0.0) * solid_angle(SIZE[0], SIZE[1], y)
+        };
+        (0..SIZE[0] * SIZE[1]).map(texel).sum()
+    }
+}
+
+impl Scene {
+    /// Adds a studio for `view`: an environment, a directional light from the upper left behind the viewer, and with `ground` a
+    /// floor below `bounds`, the scene's own, whose radiance far away is that of the environment below the horizon, so that its
+    /// edge does not show. Returns a sentence about them. Existing poses do not include what is added.
+    pub fn add_studio(&mut self, view: &View, bounds: Bounds, ground: bool) -> String {
+        let direction = (view.forward + 0.5 * view.right() - view.up).normalize();
+        let rotation = DQuat::from_rotation_arc(DVec3::NEG_Z, direction);
+        let irradiance = Vec3::splat(IRRADIANCE as f32);
+        let light = self.add_light(LightKind::Directional, irradiance, DAffine3::from_quat(rotation));
+        self.lights[light].name = "studio light".into();
+        self.lights[light].radius = LIGHT_RADIUS;
+        let mut environment = Environment::new(view, direction);
+        if ground {
+            // The environment near the horizon depends on the ground's radiance, little: this converges by a tenth a step.
+            for _ in 0..12 {
+                let all = environment.irradiance() + IRRADIANCE * (-direction.y).max(0.0);
+                environment.ground = Some(f64::from(ALBEDO) / PI * all);
+            }
+            self.add_ground(bounds);
+        }
+        let radiance = |i: usize| Vec3::splat(environment.at(middle(i % SIZE[0], i / SIZE[0], SIZE)) as f32);
+        let radiance = (0..SIZE[0] * SIZE[1]).map(radiance).collect();
+        self.set_sky_map(Panorama { width: SIZE[0], height: SIZE[1], radiance }, 1.0, 0.0);
+        let DVec3 { x, y, z } = direction;
+        let below = if ground {
+            ", and a ground; --default-light off leaves all out, --ground off the ground"
+        } else {
+            "; --default-light off leaves both out"
+        };
+        format!(
+            "added a studio: softboxes, a directional light of irradiance {IRRADIANCE:.3} towards ({x:.3}, {y:.3}, {z:.3}), from \
+             the upper left behind the camera{below}"
+        )
+    }
+
+    /// Adds a grey floor below `bounds`, the scene's own.
+    pub fn add_ground(&mut self, bounds: Bounds) {
+        let radius = 0.5 * bounds.size().length();
+        let radius = if radius > 0.0 { radius } else { 1.0 };
+        let half = (GROUND_SIDE * radius) as f32;
+        let place = DVec3::new(bounds.center().x, bounds.min.y - GROUND_BELOW * radius, bounds.center().z);
+        let material = self.add_material(Material::lambert("ground", Vec3::splat(ALBEDO)));
+        let corner = Vec3::new(-half, 0.0, -half);
+        let quad = Mesh::quad("ground", material, corner, 2.0 * half * Vec3::Z, 2.0 * half * Vec3::X);
+        self.add_mesh(quad, DAffine3::from_translation(place));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The ground's radiance is its albedo over π times its irradiance, here by other directions than the map's texels.
+    #[test]
+    fn below_the_horizon_lies_the_radiance_of_the_ground() {
+        let view = View::look_at(DVec3::new(1.0, 1.5, 3.0), DVec3::ZERO, DVec3::Y, 0.8);
+        let mut scene = Scene::empty("studio");
+        let bounds = Bounds { min: DVec3::splat(-1.0), max: DVec3::splat(1.0) };
+        let said = scene.add_studio(&view, bounds, true);
+        assert!(said.contains("irradiance 2.221") && said.contains("--ground off"), "{said}");
+        let light = scene.pose(None, 0.0).lights[0].direction;
+        // From the upper left behind the camera: it shines right, down and away.
+        assert!(light.dot(view.right()) > 0.0 && light.y < 0.0 && light.dot(view.forward) > 0.0);
+        const SIDE: usize = 400;
+        // Squares of a disc, lifted to the hemisphere, are weighted by the cosine.
+        let disc = |i: usize| ((i as f64 + 0.5) / SIDE as f64 - 0.5) * 2.0;
+        let squares = (0..SIDE * SIDE).map(|i| (disc(i % SIDE), disc(i / SIDE)));
+        let inside = squares.filter(|(x, z)| x * x + z * z < 1.0);
+        let towards = |(x, z): (f64, f64)| scene.sky_towards(DVec3::new(x, (1.0 - x * x - z * z).sqrt(), z)).x;
+        let sum: f64 = inside.map(|at| f64::from(towards(at))).sum();
+        let irradiance = sum * 4.0 / (SIDE * SIDE) as f64 + IRRADIANCE * -light.y;
+        let expected = f64::from(ALBEDO) / PI * irradiance;
+        for d in [DVec3::NEG_Y, DVec3::new(1.0, -0.02, 0.3).normalize(), DVec3::new(0.2, -0.5, -1.0).normalize()] {
+            let found = f64::from(scene.sky_towards(d).x);
+            assert!((found / expected - 1.0).abs() < 0.01, "{found}, expected {expected}");
+        }
+        assert!(scene.sky_lights().next().is_none(), "softboxes are dim enough to be found by directions");
+        assert!(scene.bounds(None).min.y < bounds.min.y && scene.bounds(None).min.y > bounds.min.y - 0.01);
+    }
+}

@@ -6,6 +6,7 @@ use std::process::{Command, Output};
 use std::sync::{Mutex, PoisonError};
 
 use crate::cli_common::{Display, folder};
+use twobounce::layers::Layers;
 
 /// One window at a time.
 static ALONE: Mutex<()> = Mutex::new(());
@@ -165,6 +166,26 @@ fn layers_and_panel_are_shown() {
     viewed(folder.path(), script);
     let [image, normals, panel] = ["a.png", "b.png", "c.png"].map(|name| pixels(&folder.path().join(name)));
     assert!(image != normals && image != panel);
+}
+
+/// Each picture gets a name of its own, whatever the folder holds, and is whole though the key is pressed while it is made.
+#[test]
+fn pictures_are_saved_whole_under_names_that_are_free() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let name = Path::new(SCENE).file_stem().unwrap().to_str().unwrap();
+    std::fs::write(at(&format!("{name}.exr")), "another's").unwrap();
+    let script = "turn 0.1 0\nkey P\nrest\nwait 0\nturn 0.2 0\nrest\nkey P\nwait 0\nquit";
+    let said = viewed(folder.path(), script);
+    for number in [2, 3] {
+        assert!(said.contains(&format!("wrote {name}-{number}.png and {name}-{number}.exr")), "{said}");
+        let image = image::open(at(&format!("{name}-{number}.png"))).unwrap();
+        let (saved, _) = Layers::read_exr(&at(&format!("{name}-{number}.exr"))).unwrap();
+        assert_eq!((image.width(), image.height()), (saved.width, saved.height));
+        assert_eq!((saved.width, saved.height), (96, 64), "a coarse picture");
+    }
+    assert_eq!(std::fs::read_to_string(at(&format!("{name}.exr"))).unwrap(), "another's");
+    assert!(!at(&format!("{name}.png")).exists());
 }
 
 #[test]

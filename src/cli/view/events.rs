@@ -105,6 +105,9 @@ impl ApplicationHandler<News> for App {
             return event_loop.exit();
         }
         self.step();
+        if self.rests() && std::mem::take(&mut self.saves) {
+            self.save_anew();
+        }
         let acted = self.act(event_loop);
         self.or_fail(event_loop, acted);
         let busy = !self.rests() || self.plays || !self.script.is_done();
@@ -128,13 +131,37 @@ impl App {
         self.redraw();
     }
 
+    /// Saves the picture under a name that is free, and says so.
+    fn save_anew(&mut self) {
+        let name = &self.subject.scene.name;
+        let numbered = (2..).map(|number| format!("{name}-{number}.png"));
+        let paths = std::iter::once(format!("{name}.png")).chain(numbered).map(PathBuf::from);
+        let is_free = |path: &PathBuf| !path.exists() && !path.with_extension("exr").exists();
+        let Some(path) = paths.into_iter().find(is_free) else { return };
+        let words = match self.save(&path) {
+            Ok(()) => format!("saved {} and {}", path.display(), path.with_extension("exr").display()),
+            Err(error) => {
+                out::warn(&format!("{error:#}"));
+                format!("{error:#}")
+            }
+        };
+        self.panel.say(words);
+        self.redraw();
+    }
+
     pub(super) fn key(&mut self, event_loop: &ActiveEventLoop, key: KeyCode, pressed: bool) {
         if !pressed {
             self.held.remove(&key);
             return;
         }
         match key {
-            KeyCode::Escape => event_loop.exit(),
+            // An open list takes the key.
+            KeyCode::Escape => {
+                let lists = |shown: &super::Shown| egui::Popup::is_any_open(shown.egui.egui_ctx());
+                if !self.shown.as_ref().is_some_and(lists) {
+                    event_loop.exit();
+                }
+            }
             KeyCode::Tab => self.panel.open = !self.panel.open,
             KeyCode::Space => {
                 self.plays = !self.plays;
@@ -148,10 +175,15 @@ impl App {
                 let (args, typed) = (self.subject.args.clone(), self.subject.typed.clone());
                 self.reopen(args, typed);
             }
-            KeyCode::KeyC => say!("{}", self.command()),
+            KeyCode::KeyC => {
+                say!("{}", self.command());
+                self.panel.say("the command of this picture is printed on the terminal".into());
+            }
             KeyCode::KeyP => {
-                let saved = self.save(&PathBuf::from(format!("{}.png", self.subject.scene.name)));
-                saved.unwrap_or_else(|error| out::warn(&format!("{error:#}")));
+                self.saves = true;
+                if !self.rests() {
+                    self.panel.say("the picture is saved once it is whole".into());
+                }
             }
             key if key == KeyCode::AltLeft || WAYS.iter().any(|(way, _)| *way == key) => {
                 if self.held.is_empty() {

@@ -78,7 +78,7 @@ pub struct Frame {
     pub display: Display,
     /// The divisor of the width and height of the picture.
     pub divisor: u32,
-    /// From taking the job to the picture.
+    /// From taking the job to its first picture.
     pub ms: f64,
     pub report: FrameReport,
     /// Times of lists and light, when they were made last.

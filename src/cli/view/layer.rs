@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
+use twobounce::gi::Method;
 use twobounce::gi::rays::inspect::Inspect;
 use twobounce::ground::layout::ListItem;
 use twobounce::ground::volume::FACES;
@@ -68,6 +69,17 @@ impl Layer {
         let volume = GridLayer::Volume(Side { bounce: 1, level: 0, face: FACES - 1 });
         let grid = voxels.chain([GridLayer::Lists, volume, GridLayer::Kept, GridLayer::Items]).map(Self::Grid);
         Aov::ALL.iter().copied().map(Self::Image).chain(grid)
+    }
+
+    /// Whether frames with these settings have it.
+    pub fn is_made_with(self, settings: &Settings) -> bool {
+        let Self::Grid(layer) = self else { return true };
+        match layer {
+            GridLayer::Voxels(_) => true,
+            GridLayer::Lists => settings.method != Method::None,
+            GridLayer::Volume(_) => settings.method == Method::Cones,
+            GridLayer::Kept | GridLayer::Items => settings.method == Method::Rays,
+        }
     }
 
     /// By its name; of a volume, bounce from 0, level and way may follow.

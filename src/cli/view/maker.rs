@@ -71,8 +71,11 @@ impl Makers {
     pub fn make(&mut self, job: &Job) -> Result<()> {
         let began = Instant::now();
         let divisor = self.prepare(job)?;
-        let show = |makers: &mut Self, whole| {
-            let frame = makers.frame(job, divisor, began, whole)?;
+        let mut first_ms = None;
+        let mut show = |makers: &mut Self, whole| {
+            let mut frame = makers.frame(job, divisor, began, whole)?;
+            // Later pictures of the job are this one, refined.
+            frame.ms = *first_ms.get_or_insert(frame.ms);
             makers.tell_frame(job, Ok(frame));
             Ok::<_, Error>(())
         };

@@ -167,6 +167,7 @@ fn show(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
         asked_at: now,
         answered: 0,
         whole: false,
+        saves: false,
         frame: None,
         truth: None,
         compared: None,
@@ -230,6 +231,8 @@ struct App {
     answered: u64,
     /// With nothing better to come that was asked for.
     whole: bool,
+    /// The picture is to be saved once it is whole.
+    saves: bool,
     frame: Option<Frame>,
     truth: Option<Truth>,
     compared: Option<Compared>,

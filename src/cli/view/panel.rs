@@ -1,6 +1,7 @@
 //! The panel: settings, layers, exposure; what the frame took.
 
 use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
 
 use twobounce::output::display::ToneMap;
 use twobounce::settings::{PRESETS, Range, Settings};
@@ -13,6 +14,9 @@ use super::question::{Cost, Found, Question, Ray};
 use super::times::{self, History};
 use super::truth::Compared;
 use super::{KEYS, overlay};
+
+/// How long words about what a key did are shown.
+const SAID_FOR: Duration = Duration::from_secs(4);
 
 #[derive(Default)]
 pub struct Panel {
@@ -27,6 +31,8 @@ pub struct Panel {
     pub fade: f32,
     /// Why a setting or a scene was refused, until the next one.
     pub error: Option<String>,
+    /// Words about what a key did, and since when they are shown.
+    said: Option<(String, Instant)>,
     /// Why there is no frame of what is asked for.
     pub frame_error: Option<String>,
     /// Why GLSL that was saved is not in use.
@@ -96,9 +102,6 @@ impl Panel {
         let height = context.content_rect().height() - 60.0;
         egui::Window::new("twobounce").default_size((320.0, height)).default_pos((8.0, 8.0)).show(context, |ui| {
             egui::ScrollArea::vertical().max_height(height).show(ui, |ui| {
-                for words in self.error.iter().chain(&self.frame_error) {
-                    ui.colored_label(egui::Color32::LIGHT_RED, words);
-                }
                 ui.label(match (step, frame) {
                     (Some(step), _) => format!("{} {:.0} %", step.pass, 100.0 * step.share),
                     (None, Some(frame)) => format!("{:.0} ms, input to picture{}", frame.ms, frame.refined()),
@@ -123,6 +126,30 @@ impl Panel {
         });
     }
 
+    /// Shows words for some seconds.
+    pub fn say(&mut self, words: String) {
+        self.said = Some((words, Instant::now()));
+    }
+
+    /// Errors and what was said last, below the picture's middle, where they move nothing else.
+    pub fn show_notice(&mut self, context: &egui::Context) {
+        self.said.take_if(|(_, since)| since.elapsed() > SAID_FOR);
+        let errors = self.error.iter().chain(&self.frame_error).map(|words| (words, egui::Color32::LIGHT_RED));
+        let said = self.said.iter().map(|(words, _)| (words, egui::Color32::LIGHT_GRAY));
+        let lines: Vec<_> = errors.chain(said).collect();
+        if lines.is_empty() {
+            return;
+        }
+        let area =
+            egui::Area::new("notice".into()).anchor(egui::Align2::CENTER_BOTTOM, (0.0, -16.0)).interactable(false);
+        area.show(context, |ui| {
+            egui::Frame::popup(ui.style()).show(ui, |ui| {
+                lines.into_iter().for_each(|(words, color)| drop(ui.colored_label(color, words)));
+            });
+        });
+        context.request_repaint_after(SAID_FOR);
+    }
+
     fn show_view(&mut self, ui: &mut egui::Ui, frame: Option<&Frame>) {
         egui::ComboBox::from_label("preset").selected_text(&self.preset).show_ui(ui, |ui| {
             for preset in PRESETS {
@@ -134,9 +161,12 @@ impl Panel {
                 }
             }
         });
+        if !self.choice.layer.is_made_with(&self.choice.settings) {
+            self.choice.layer = Layer::BEAUTY;
+        }
         let (name, meaning) = self.choice.layer.words();
         egui::ComboBox::from_label("layer").selected_text(name).height(400.0).show_ui(ui, |ui| {
-            for layer in Layer::all() {
+            for layer in Layer::all().filter(|layer| layer.is_made_with(&self.choice.settings)) {
                 ui.selectable_value(&mut self.choice.layer, layer, layer.words().0);
             }
         });

@@ -74,6 +74,10 @@ impl App {
                 lines.rays(&panel.rays, frame.display);
             }
             panel.show(ui.ctx(), frame, compared, step);
+            // A picture that is grabbed without the panel is the picture alone.
+            if grab.is_none() || panel.open {
+                panel.show_notice(ui.ctx());
+            }
         });
         if let (Some(worker), Some(question)) = (&self.worker, panel.question.take()) {
             worker.shared.change(|state| state.question = Some(question));

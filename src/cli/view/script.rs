@@ -199,7 +199,7 @@ impl App {
                 return Ok(Wait::Answer);
             }
             "key" => {
-                let known = [KeyCode::KeyC, KeyCode::KeyF, KeyCode::KeyR, KeyCode::Space, KeyCode::Tab];
+                let known = [KeyCode::KeyC, KeyCode::KeyF, KeyCode::KeyP, KeyCode::KeyR, KeyCode::Space, KeyCode::Tab];
                 let named = |key: &&KeyCode| format!("{key:?}").trim_start_matches("Key") == rest;
                 let key = *known.iter().find(named).ok_or_else(senseless)?;
                 self.key(event_loop, key, true);

@@ -12,13 +12,15 @@ WEB_SECONDS ?= 900
 
 .PHONY: demo test format test-more test-web test-cluster test-mesa25 test-narrow audit faults corpus assets docs clean
 
-demo:  ## build, render the gallery, print what each pass took
+demo:  ## build, render the gallery: print what each pass took, then refine the picture for two minutes at most
 	scripts/setup.sh demo
 	cargo build --release --locked
 	mkdir -p out
-	scripts/guard.sh $(DEMO_SECONDS) target/release/twobounce render assets/gallery.glb -o out/gallery.png \
+	scripts/guard.sh $(DEMO_SECONDS) target/release/twobounce render assets/gallery.glb -o out/one-pass.png \
 	  --size 512x512 --set voxels=64 --timings
-	@echo "The picture: out/gallery.png"
+	scripts/guard.sh $(DEMO_SECONDS) target/release/twobounce render assets/gallery.glb -o out/gallery.png \
+	  --size 512x512 --set voxels=64 --time-limit 2min
+	@echo "The picture: out/gallery.png; out/one-pass.png is that of the times above"
 
 test:  ## formatting, lints, docs, every test
 	scripts/setup.sh test

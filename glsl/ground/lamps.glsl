@@ -2,6 +2,7 @@
 
 #include "common/count.glsl"
 #include "common/color.glsl"
+#include "common/numbers.glsl"
 #include "ground/bindings.glsl"
 
 struct LampPoint {
@@ -107,7 +108,8 @@ LampChoice choose_lamp(float u, vec3 position, vec3 normal) {
 // Of LAMP_POINTS samples the one with index i; `random`: two numbers of the place that is lit.
 // At most as many pieces as samples: each gets its own, so that only what is half in shadow is noisy. More: of a few
 // candidates one is taken by what it gives here (Talbot et al., "Importance Resampling for Global
-// Illumination", 2005).
+// Illumination", 2005). A sample gives no more than a hemisphere full of its brightest candidate would: a piece that is
+// hardly ever chosen where it gives much would be a spark. All lamps together give no more where one radiance is theirs.
 LampPoint sample_lamp(uint i, vec3 position, vec3 normal, vec2 random) {
     uint candidates = frame.lamp_tree != 0u ? TREE_CANDIDATES : frame.lamp_count > LAMP_POINTS ? MOST_CANDIDATES : 1u;
     float strata = float(LAMP_POINTS * candidates);
@@ -115,6 +117,7 @@ LampPoint sample_lamp(uint i, vec3 position, vec3 normal, vec2 random) {
     vec3 chosen_irradiance = vec3(0.0);
     float chosen_weight = 0.0;
     float total = 0.0;
+    float most = 0.0;
     float choice = fract(random.y + 0.6180339887 * float(i));
     for (uint k = 0u; k < candidates; k++) {
         LampChoice candidate = choose_lamp((float(i * candidates + k) + random.x) / strata, position, normal);
@@ -125,6 +128,7 @@ LampPoint sample_lamp(uint i, vec3 position, vec3 normal, vec2 random) {
         vec3 irradiance = e.radiance * (seen / (candidate.probability * strata));
         float weight = brightest(irradiance);
         total += weight;
+        most = max(most, PI * brightest(e.radiance));
         // One random number serves all choices: what is left of it is even again.
         float share = total > 0.0 ? weight / total : 0.0;
         bool taken = choice < share;
@@ -139,6 +143,6 @@ LampPoint sample_lamp(uint i, vec3 position, vec3 normal, vec2 random) {
     float root = sqrt(r.x);
     LampPoint s;
     s.point = mix(e.a, mix(e.b, e.c, r.y), root);
-    s.irradiance = chosen_weight > 0.0 ? chosen_irradiance * (total / chosen_weight) : vec3(0.0);
+    s.irradiance = chosen_weight > 0.0 ? chosen_irradiance * (min(total, most) / chosen_weight) : vec3(0.0);
     return s;
 }

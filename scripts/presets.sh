@@ -8,10 +8,10 @@ out=out/presets
 size=256
 mkdir -p "$out"
 twobounce=target/release/twobounce
-"$twobounce" reference assets/gallery.glb -o "$out/truth.exr" --size "${size}x$size" --noise 8
+"$twobounce" reference assets/gallery.glb -o "$out/truth.exr" --size "${size}x$size" --noise 8 --depth full
 tiles=()
 for preset in printed corrected corrected-16 cones photons-printed photons lpv-printed lpv fast balanced accurate; do
-  "$twobounce" render assets/gallery.glb -o "$out/$preset.exr" --size "${size}x$size" --preset "$preset" --set voxels=64
+  "$twobounce" render assets/gallery.glb -o "$out/$preset.exr" --size "${size}x$size" --preset "$preset" --set voxels=64 --noise off
   # The first panel of compare.png is the image, the second the truth, both with the exposure of the truth.
   "$twobounce" compare "$out/$preset.exr" "$out/truth.exr" --out "$out/$preset"
   convert "$out/$preset/compare.png" -crop "${size}x$size+0+0" +repage "$out/$preset.png"

@@ -10,14 +10,15 @@ choices! {
     /// How exposed radiance of any size becomes a colour that a display can show.
     #[derive(Default)]
     ToneMap {
-        /// Troy Sobotka's AgX (2022) with its default look: bright light keeps its gradations and pales as on film, and shade keeps its
-        /// colours. 18 % grey stays near 18 %; white begins at 16.3.
+        /// Troy Sobotka's AgX (2022) with its default look: bright light keeps its gradations and pales as on film, and
+        /// shade keeps its colours. 18 % grey stays near 18 %; white begins at 16.3.
         Agx = "agx",
         /// Khronos PBR Neutral (2024), made for goods in even light: colours below 0.8 are kept, less the 4 % that dielectrics
         /// reflect at normal incidence; brighter ones are compressed towards white.
         #[default]
         Neutral = "neutral",
-        /// c / (1 + c) of the luminance (Reinhard et al. 2002, equation 3), by which all channels are scaled; what is still above 1 is cut.
+        /// All channels over 1 + their luminance (Reinhard et al. 2002, equation 3, applied to the luminance); what is
+        /// still above 1 is cut.
         Reinhard = "reinhard",
         /// Cut at 1.
         Linear = "linear",
@@ -187,8 +188,8 @@ fn neutral(rgb: [f32; 3]) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    /// Benjamin Wrensch's polynomial (*Minimal AgX Implementation*, 2023) was fitted to the table that AgX comes with, from which it
-    /// is .0019 away (root mean square).
+    /// Benjamin Wrensch's polynomial (*Minimal AgX Implementation*, 2023) was fitted to the table that AgX comes with,
+    /// from which it is .0019 away (root mean square).
     #[test]
     fn the_curve_of_agx_is_that_of_its_table() {
         let polynomial = |x: f32| {

@@ -80,7 +80,7 @@ pub struct Comparison {
     /// Of the indirect light over the pixels in which the reference shows only diffuse surfaces, neither metallic nor
     /// transmitting; absent if it has no diffuse layer, no such pixels, or no indirect light in them.
     pub indirect_diffuse: Option<Metrics>,
-    /// LDR-FLIP per pixel, 0 to 1, at 67 pixels per degree; see [`exposed`].
+    /// LDR-FLIP per pixel, 0 to 1, at 67 pixels per degree, of the images exposed and cut at 1.
     #[serde(skip)]
     pub flip_map: Vec<f32>,
     /// The factor on both images for FLIP.

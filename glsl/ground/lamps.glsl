@@ -108,8 +108,8 @@ LampChoice choose_lamp(float u, vec3 position, vec3 normal) {
 // Of LAMP_POINTS samples the one with index i; `random`: two numbers of the place that is lit.
 // At most as many pieces as samples: each gets its own, so that only what is half in shadow is noisy. More: of a few
 // candidates one is taken by what it gives here (Talbot et al., "Importance Resampling for Global
-// Illumination", 2005). A sample gives no more than a hemisphere full of its brightest candidate would: a piece that is
-// hardly ever chosen where it gives much would be a spark. All lamps together give no more where one radiance is theirs.
+// Illumination", 2005). A sample gives at most the irradiance of a hemisphere full of its brightest candidate. Lamps of
+// one radiance never give more together, so that only sparks are cut: pieces that are chosen far too seldom here.
 LampPoint sample_lamp(uint i, vec3 position, vec3 normal, vec2 random) {
     uint candidates = frame.lamp_tree != 0u ? TREE_CANDIDATES : frame.lamp_count > LAMP_POINTS ? MOST_CANDIDATES : 1u;
     float strata = float(LAMP_POINTS * candidates);

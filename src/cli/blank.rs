@@ -1,13 +1,12 @@
 //! Why an image shows nothing, or hardly anything.
 
-use glam::DVec3;
 use twobounce::layers::{Aov, Layers};
 use twobounce::output::display::{Display, MOST_BLACK, black_share};
 use twobounce::scene::{Pose, Projection, Scene, Still, View};
 
 /// An image is reported as white if a larger share of the pixels that show a surface is.
 const MOST_WHITE: f64 = 0.99;
-/// An image is reported as black if a larger share of all of its pixels is.
+/// An image is reported as black if such a share of all of its pixels is.
 const MOST_BLACK_OF_ALL: f64 = 0.9;
 /// 8-bit codes from here on count as white.
 const WHITE: u8 = 253;
@@ -30,16 +29,9 @@ pub fn why_blank(
     let (share, what) = match (black > MOST_BLACK, white > MOST_WHITE) {
         (true, _) => (black, "black"),
         (_, true) => (white, "white"),
-        _ => {
-            if scene.sky_unseen {
-                return None; // what shows no surface is clear
-            }
-            let share = black_share(&image.beauty().iter().collect::<Vec<_>>(), display);
-            return (share >= MOST_BLACK_OF_ALL).then(|| {
-                let percent = (100.0 * share).floor();
-                format!("{percent} % of the image is black, most of it where no surface is; move the camera nearer, or give a --sky")
-            });
-        }
+        // Pixels without a surface are clear.
+        _ if scene.sky_unseen => return None,
+        _ => return mostly_black(image, display),
     };
     let (percent, ev) = ((100.0 * share).floor(), display.exposure_ev);
     Some(if automatic {
@@ -51,6 +43,17 @@ pub fn why_blank(
         format!(
             "{percent} % of the pixels that show a surface are {what} with --exposure {ev}; without it the exposure is chosen \
              automatically"
+        )
+    })
+}
+
+/// A sentence about an image that is black where no surface is, which is nearly everywhere.
+fn mostly_black(image: &Layers, display: Display) -> Option<String> {
+    let share = black_share(&image.beauty().iter().collect::<Vec<_>>(), display);
+    (share >= MOST_BLACK_OF_ALL).then(|| {
+        let percent = (100.0 * share).floor();
+        format!(
+            "{percent} % of the image is black, most of it where no surface is; move the camera nearer, or give a --sky"
         )
     })
 }
@@ -80,12 +83,7 @@ fn where_it_is(scene: &Scene, pose: &Pose, view: &View) -> Option<String> {
         return Some("the file has no triangles, and points and lines are not drawn".into());
     }
     let (Projection::Perspective { near, far, .. } | Projection::Orthographic { near, far, .. }) = view.projection;
-    let depth = |p: DVec3| (p - view.eye).dot(view.forward);
-    let places = scene.instances.iter().zip(&pose.world_from_instance);
-    let depths = places.flat_map(|(instance, place)| {
-        let positions = scene.meshes[instance.mesh].posed_positions(pose).into_owned();
-        positions.into_iter().map(move |p| depth(place.transform_point3(p.as_dvec3())))
-    });
+    let depths = scene.vertices(pose).map(|p| (p - view.eye).dot(view.forward));
     let (nearest, farthest) = depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), d| (a.min(d), b.max(d)));
     let moved = "move the camera, or choose one with --camera or --eye";
     Some(if farthest <= 0.0 {

@@ -65,12 +65,12 @@ impl ToneMap {
         if seen.is_empty() {
             return 0.0;
         }
-        let stops = |of: fn(&[f32; 3]) -> f32| seen.iter().map(|p| of(p).log2()).collect::<Vec<f32>>();
-        let luminances = stops(|p| luminance(*p));
-        let bright = bright(luminances.clone());
-        let sum: f64 = luminances.iter().map(|stops| f64::from(stops.max(bright - 10.0))).sum();
-        let mean = (sum / luminances.len() as f64) as f32;
-        let most = self.stops_shown_as(SHOWN_MOST) - self::bright(stops(|p| p[0].max(p[1]).max(p[2])));
+        // In stops: the binary logarithm of a radiance.
+        let bright = percentile_95(seen.iter().map(|p| luminance(**p)).collect()).log2();
+        let brightest_channel = percentile_95(seen.iter().map(|p| p[0].max(p[1]).max(p[2])).collect()).log2();
+        let sum: f64 = seen.iter().map(|p| f64::from(luminance(**p).log2().max(bright - 10.0))).sum();
+        let mean = (sum / seen.len() as f64) as f32;
+        let most = self.stops_shown_as(SHOWN_MOST) - brightest_channel;
         let ev = 0.5 * (self.stops_shown_as(SHOWN_MEAN) - mean + self.stops_shown_as(SHOWN_BRIGHT) - bright);
         (ev.min(most) * 100.0).round() / 100.0
     }
@@ -101,8 +101,8 @@ impl ToneMap {
     }
 }
 
-/// The 95th percentile.
-fn bright(mut values: Vec<f32>) -> f32 {
+/// The 95th percentile, by the nearest rank. Not for an empty list.
+pub(crate) fn percentile_95(mut values: Vec<f32>) -> f32 {
     let rank = ((values.len() - 1) as f64 * 0.95).round() as usize;
     *values.select_nth_unstable_by(rank, f32::total_cmp).1
 }

@@ -9,7 +9,7 @@ use super::integrator::Integrator;
 use super::{Control, Depth, Options, Stop, integrator, trace};
 use crate::Result;
 use crate::layers::{Aov, Layers};
-use crate::output::display::{Display, MOST_BLACK, ToneMap, black_share, luminance};
+use crate::output::display::{Display, MOST_BLACK, ToneMap, black_share, luminance, percentile_95};
 use crate::scene::{Pose, Scene, Still, View};
 
 /// An image of so few pixels and samples tells a lamp from a label that glows.
@@ -18,8 +18,6 @@ const OPTIONS: Options =
 /// Of the brightest emission: what a white wall one lamp's width away from a lamp reflects is a few tenths, the walls of a room
 /// with one small lamp some thousandths. Below this, nine stops, either the lamp is white or all else black.
 const LEAST: f32 = 1.0 / 512.0;
-/// Of the pixels that show a surface: what automatic exposure makes bright.
-const PERCENTILE: f64 = 0.95;
 
 /// Whether the scene's own emission lights the surfaces that `view` sees, so that one exposure can show both.
 pub fn lights_itself(scene: &Scene, pose: &Pose, view: &View) -> Result<bool> {
@@ -47,10 +45,9 @@ pub fn lights_itself(scene: &Scene, pose: &Pose, view: &View) -> Result<bool> {
         return Ok(false);
     }
     let reflected = |&pixel: &usize| luminance(lit.beauty()[pixel]) - luminance(emitted.beauty()[pixel]);
-    let mut reflected: Vec<f32> = surfaces.iter().map(reflected).collect();
-    let rank = ((reflected.len() - 1) as f64 * PERCENTILE).round() as usize;
-    let (_, bright, _) = reflected.select_nth_unstable_by(rank, f32::total_cmp);
-    Ok(*bright >= LEAST * brightest)
+    // Of the pixels that show a surface: what automatic exposure makes bright.
+    let bright = percentile_95(surfaces.iter().map(reflected).collect());
+    Ok(bright >= LEAST * brightest)
 }
 
 /// Radiance and normals.

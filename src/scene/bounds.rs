@@ -46,6 +46,12 @@ impl Bounds {
     pub fn size(&self) -> DVec3 {
         if self.is_empty() { DVec3::ZERO } else { self.max - self.min }
     }
+
+    /// Of the sphere through the corners; 1 for a box without size.
+    pub fn radius(&self) -> f64 {
+        let radius = 0.5 * self.size().length();
+        if radius > 0.0 { radius } else { 1.0 }
+    }
 }
 
 /// Vertices up to which an outline is made of them.
@@ -60,13 +66,15 @@ impl Scene {
             let corner = |i: u32| DVec3::select(BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), bounds.max, bounds.min);
             return (0..8).map(corner).filter(|corner| corner.is_finite()).collect();
         }
-        let pose = self.pose(None, 0.0);
-        let places = self.instances.iter().zip(&pose.world_from_instance);
-        let points = places.flat_map(|(instance, place)| {
-            let positions = self.meshes[instance.mesh].posed_positions(&pose).into_owned();
+        self.vertices(&self.pose(None, 0.0)).collect()
+    }
+
+    /// The vertices of all instances in the world, in metres.
+    pub fn vertices<'a>(&'a self, pose: &'a Pose) -> impl Iterator<Item = DVec3> + 'a {
+        self.instances.iter().zip(&pose.world_from_instance).flat_map(|(instance, place)| {
+            let positions = self.meshes[instance.mesh].posed_positions(pose).into_owned();
             positions.into_iter().map(|p| place.transform_point3(p.as_dvec3()))
-        });
-        points.collect()
+        })
     }
 
     /// The box around all vertices over the whole `animation`, in metres: at its keys and at 64 uniform times. Motion

@@ -30,22 +30,16 @@ impl View {
 
     /// The view of [`Self::framing`] with a vertical field of view of `fov` radians, from the distance that this needs.
     pub fn framing_within(bounds: Bounds, fov: f32) -> Self {
-        let radius = 0.5 * bounds.size().length();
-        let radius = if radius > 0.0 { radius } else { 1.0 };
-        let distance = radius / f64::from(0.5 * fov).sin();
+        let distance = bounds.radius() / f64::from(0.5 * fov).sin();
         let eye = bounds.center() + FRONT.normalize() * distance;
         Self::look_at(eye, bounds.center(), DVec3::Y, fov)
     }
 
-    /// From the direction of [`Self::framing`], so near that the longer way of `points` across the image, whose width is `aspect` times
-    /// its height, takes two thirds of it, and the middle of that way is the image's. `None` without points apart from each other.
+    /// From the direction of [`Self::framing`], so near that the longer way of `points` across the image, whose width is
+    /// `aspect` times its height, takes two thirds of it, and the middle of that way is the image's. `None` without points
+    /// apart from each other.
     pub fn filling(points: &[DVec3], fov: f32, aspect: f64) -> Option<Self> {
-        let view = Self::from_axes(
-            DVec3::ZERO,
-            -FRONT,
-            DVec3::Y,
-            Projection::Orthographic { half_height: 1.0, near: 0.0, far: 0.0 },
-        );
+        let view = Self::look_at(FRONT, DVec3::ZERO, DVec3::Y, fov);
         let [right, up, forward] = [view.right(), view.up, view.forward];
         let half = (0.5 * f64::from(fov)).tan();
         // From near by, so that nothing is rounded that lies far from the origin.

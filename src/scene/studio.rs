@@ -44,12 +44,15 @@ impl Softbox {
         }
         let across = DVec3::Y.cross(self.towards).try_normalize().unwrap_or(DVec3::X);
         let up = self.towards.cross(across);
-        let inside = |axis: DVec3, half: f64| {
-            let t = ((1.1 - (d.dot(axis) / ahead / half).abs()) / 0.2).clamp(0.0, 1.0);
-            t * t * (3.0 - 2.0 * t)
-        };
+        let inside = |axis: DVec3, half: f64| smooth_step((1.1 - (d.dot(axis) / ahead / half).abs()) / 0.2);
         self.radiance * inside(across, self.half[0]) * inside(up, self.half[1])
     }
+}
+
+/// From 0 to 1 without a corner at either end.
+fn smooth_step(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 /// The environment about a view.
@@ -83,9 +86,8 @@ impl Environment {
             return self.ground.unwrap_or_else(|| mix(DARK_FLOOR, -d.y));
         }
         let walls = mix(WALLS, d.y);
-        let t = (d.y / SWEEP).min(1.0);
         let horizon = self.ground.unwrap_or(DARK_FLOOR[0]);
-        mix([horizon, walls], t * t * (3.0 - 2.0 * t)) + self.boxes.iter().map(|softbox| softbox.at(d)).sum::<f64>()
+        mix([horizon, walls], smooth_step(d.y / SWEEP)) + self.boxes.iter().map(|softbox| softbox.at(d)).sum::<f64>()
     }
 
     /// Irradiance on the ground.
@@ -136,8 +138,7 @@ impl Scene {
 
     /// Adds a grey floor below `bounds`, the scene's own.
     pub fn add_ground(&mut self, bounds: Bounds) {
-        let radius = 0.5 * bounds.size().length();
-        let radius = if radius > 0.0 { radius } else { 1.0 };
+        let radius = bounds.radius();
         let half = (GROUND_SIDE * radius) as f32;
         let place = DVec3::new(bounds.center().x, bounds.min.y - GROUND_BELOW * radius, bounds.center().z);
         let material = self.add_material(Material::lambert("ground", Vec3::splat(ALBEDO)));

@@ -136,11 +136,12 @@ impl Scene {
         )
     }
 
-    /// Adds a grey floor below `bounds`, the scene's own.
+    /// Adds a grey floor below `bounds`, the scene's own; at the origin where these are empty.
     pub fn add_ground(&mut self, bounds: Bounds) {
         let radius = bounds.radius();
         let half = (GROUND_SIDE * radius) as f32;
-        let place = DVec3::new(bounds.center().x, bounds.min.y - GROUND_BELOW * radius, bounds.center().z);
+        let down = 0.5 * bounds.size().y + GROUND_BELOW * radius;
+        let place = bounds.center() - DVec3::Y * down;
         let material = self.add_material(Material::lambert("ground", Vec3::splat(ALBEDO)));
         let corner = Vec3::new(-half, 0.0, -half);
         let quad = Mesh::quad("ground", material, corner, 2.0 * half * Vec3::Z, 2.0 * half * Vec3::X);
@@ -176,7 +177,15 @@ mod tests {
             let found = f64::from(scene.sky_towards(d).x);
             assert!((found / expected - 1.0).abs() < 0.01, "{found}, expected {expected}");
         }
+        assert!(scene.check().is_ok());
         assert!(scene.sky_lights().next().is_none(), "softboxes are dim enough to be found by directions");
         assert!(scene.bounds(None).min.y < bounds.min.y && scene.bounds(None).min.y > bounds.min.y - 0.01);
+    }
+    #[test]
+    fn a_scene_without_triangles_has_its_ground_at_the_origin() {
+        let mut scene = Scene::empty("empty");
+        scene.add_ground(scene.bounds(None));
+        let [instance] = scene.pose(None, 0.0).world_from_instance[..] else { panic!("one instance") };
+        assert!(instance.translation.length() < 0.01, "{instance}");
     }
 }

@@ -112,7 +112,8 @@ impl ApplicationHandler<News> for App {
         self.or_fail(event_loop, acted);
         let busy = !self.rests() || self.plays || !self.script.is_done();
         let flickers = self.panel.choice.beside != Other::None && self.panel.mixing.mix == Mix::Flicker;
-        if (!self.rests() || flickers) && self.drawn.elapsed() > PROGRESS {
+        let changes = (!self.rests() || flickers) && self.drawn.elapsed() > PROGRESS;
+        if self.panel.forgets() || changes {
             self.redraw(); // how far the frame is, or the other's turn
         }
         let next = Instant::now() + if busy { TICK } else { 10 * TICK };

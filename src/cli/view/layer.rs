@@ -76,7 +76,7 @@ impl Layer {
         let Self::Grid(layer) = self else { return true };
         match layer {
             GridLayer::Voxels(_) => true,
-            GridLayer::Lists => settings.method != Method::None,
+            GridLayer::Lists => settings.method.wants(settings).lists,
             GridLayer::Volume(_) => settings.method == Method::Cones,
             GridLayer::Kept | GridLayer::Items => settings.method == Method::Rays,
         }
@@ -251,6 +251,22 @@ fn heat(length: u32) -> [u8; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn layers_are_offered_where_frames_have_them() {
+        let offered = |method: &str| {
+            let mut settings = Settings::default();
+            settings.set(&format!("method={method}")).unwrap();
+            let names = Layer::all().filter(|layer| layer.is_made_with(&settings)).map(|layer| layer.words().0);
+            // Every frame has the layers of the image, and voxels.
+            let is_of_method =
+                |name: &String| !name.starts_with("voxels") && !Aov::ALL.iter().any(|aov| aov.name() == *name);
+            names.filter(is_of_method).collect::<Vec<_>>().join(", ")
+        };
+        let found = ["none", "cones", "rays", "lpv", "photons"].map(offered);
+        let of_rays = "list lengths, light kept, where light is kept";
+        assert_eq!(found, ["", "list lengths, volume", of_rays, "", "list lengths"]);
+    }
 
     #[test]
     fn heat_goes_from_black_to_red_in_steps_of_two() {

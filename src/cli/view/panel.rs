@@ -131,9 +131,13 @@ impl Panel {
         self.said = Some((words, Instant::now()));
     }
 
+    /// Takes back what was said long enough ago. Whether something was.
+    pub fn forgets(&mut self) -> bool {
+        self.said.take_if(|(_, since)| since.elapsed() > SAID_FOR).is_some()
+    }
+
     /// Errors and what was said last, below the picture's middle, where they move nothing else.
     pub fn show_notice(&mut self, context: &egui::Context) {
-        self.said.take_if(|(_, since)| since.elapsed() > SAID_FOR);
         let errors = self.error.iter().chain(&self.frame_error).map(|words| (words, egui::Color32::LIGHT_RED));
         let said = self.said.iter().map(|(words, _)| (words, egui::Color32::LIGHT_GRAY));
         let lines: Vec<_> = errors.chain(said).collect();
@@ -147,7 +151,6 @@ impl Panel {
                 lines.into_iter().for_each(|(words, color)| drop(ui.colored_label(color, words)));
             });
         });
-        context.request_repaint_after(SAID_FOR);
     }
 
     fn show_view(&mut self, ui: &mut egui::Ui, frame: Option<&Frame>) {

@@ -13,6 +13,7 @@ layout(constant_id) const uint LAMPS = 0u; // how emissive surfaces light the sc
 layout(constant_id) const uint LAMP_POINTS = 16u; // per place that is lit
 layout(constant_id) const uint GATHER_SCALE = 1u; // pixels of the image per gathered one, along each side
 layout(constant_id) const uint INTERLEAVE = 1u; // pixels along the side of a square in which directions differ
+layout(constant_id) const bool LINKED = false; // whether rays tell which gathered pixels share light
 layout(constant_id) const uint SHADOW_RAYS = 1u; // per light with an extent
 layout(constant_id) const uint DIRECT = 0u; // where the direct light of list items comes from
 layout(constant_id) const uint LIT = 0u; // which list items are lit

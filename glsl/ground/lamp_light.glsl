@@ -7,17 +7,26 @@
 struct LampLight {
     vec3 diffuse; // irradiance / π
     vec3 specular; // radiance; of smooth surfaces only a part: see lamps_in_lobe
+    float open; // share of the irradiance that no shadow takes
 };
+
+LampLight no_lamp_light() {
+    return LampLight(vec3(0.0), vec3(0.0), 1.0);
+}
 
 LampLight lamp_light(Surface s, vec3 view) {
     vec2 random = place_random(s.position);
-    LampLight sum = LampLight(vec3(0.0), vec3(0.0));
+    LampLight sum = no_lamp_light();
+    float lit = 0.0;
+    float unshadowed = 0.0;
     vec3 over = vec3(0.0);
     for (uint i = 0u; i < lamp_points(); i++) {
         LampPoint to = sample_lamp(i, s.position, s.normal, random);
         if (any(greaterThan(to.irradiance, vec3(0.0)))) {
             vec3 arriving = to.irradiance * shadow_towards_point(s.position, s.facet, to.point);
             sum.diffuse += arriving / PI;
+            lit += brightest(arriving);
+            unshadowed += brightest(to.irradiance);
             if (feature(FEATURE_SPECULAR)) {
                 Brdf f = brdf(s, view, normalize(to.point - s.position));
                 sum.specular += arriving * f.specular;
@@ -31,6 +40,7 @@ LampLight lamp_light(Surface s, vec3 view) {
     if (feature(FEATURE_LAYERS)) {
         sum.specular += over;
     }
+    sum.open = unshadowed > 0.0 ? lit / unshadowed : 1.0;
     return sum;
 }
 

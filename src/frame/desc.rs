@@ -142,10 +142,12 @@ pub(super) fn plan(settings: &Settings, features: Features, shape: &ImageShape, 
 pub(super) fn image_pass_desc<'a>(desc: &FrameDesc<'a>, method: &dyn Gi, counts: &Counts) -> ImagePassDesc<'a> {
     let settings = desc.settings;
     let features = Features::of(desc.scene, settings);
+    let links = shape(desc).gathers.is_some_and(|gathers| gathers.links);
+    let of_image = with(constants(settings, features), &[("LINKED", links.into())]);
     ImagePassDesc {
         features,
         method: settings.method.name(),
-        constants: with(constants(settings, features), method.constants()),
+        constants: with(of_image, method.constants()),
         asks: method.on_demand().is_some() && !sees_most(desc, counts),
     }
 }

@@ -114,6 +114,7 @@ pub fn constants(settings: &Settings, features: Features) -> Vec<Constant> {
         ("LAMP_POINTS", settings.lights.lamp_points.into()),
         ("GATHER_SCALE", settings.image.gather_resolution.scale().into()),
         ("INTERLEAVE", settings.image.interleave.into()),
+        ("LINKED", false.into()),
         ("SHADOW_RAYS", settings.lights.shadow_rays.into()),
         ("DIRECT", DIRECT_FOUND.into()),
         ("LIT", LIT_EACH.into()),

@@ -124,8 +124,8 @@ shared! {
     /// Push constants of the gathering pass: the first gathered row of a band, a part of its rows, and the first row that the band sees.
     GatherPush { first_row: u32, first: u32, end: u32, first_seen: u32 }
 
-    /// Push constants of the sharing pass.
-    SharePush { rows: u32 }
+    /// Push constants of the passes over all gathered rows of a band: how many they are.
+    OwnRowsPush { rows: u32 }
 }
 
 /// Bits of [`Material::flags`].

@@ -110,6 +110,31 @@ pub fn divided(thick: f64) -> Stage {
     stage
 }
 
+/// Two rooms without fronts, divided by a wall of such a thickness, whose front edge is seen on edge: a lamp lights the left one,
+/// and no line leads from there into the right one.
+pub fn on_edge(thick: f64) -> Stage {
+    let mut scene = Scene::empty("two rooms without fronts");
+    let grey = add_plaster(&mut scene, [0.7; 3]);
+    let mut shell = Mesh::cuboid("shell", grey, Vec3::new(-1.0, -0.5, -0.5), Vec3::new(1.0, 0.5, 0.5), true);
+    // Two triangles for each side, +z last.
+    shell.indices.truncate(30);
+    scene.add_mesh(shell, DAffine3::IDENTITY);
+    add_box(&mut scene, grey, [0.5 * thick as f32, 0.5, 0.5], DAffine3::IDENTITY);
+    add_lamp(&mut scene, 10.0, 0.3, at(-0.4, 0.49, 0.0));
+    Stage { scene, reach: 1.12, view: views_on_edge()[0] }
+}
+
+/// The views of [`on_edge`]: along the wall, from the dark side and from the lit one; from near and from afar; at a corner of the rooms.
+pub fn views_on_edge() -> [View; 5] {
+    [
+        view_of([0.0, 0.1, 1.2], [0.0, 0.0, 0.0], 60.0),
+        view_of([0.15, 0.3, 1.2], [0.0, -0.1, 0.0], 60.0),
+        view_of([-0.15, 0.0, 1.2], [0.0, 0.0, 0.0], 60.0),
+        view_of([0.02, 0.2, 3.0], [0.0, 0.0, 0.0], 24.0),
+        view_of([0.05, 0.1, 1.0], [0.0, -0.5, -0.5], 24.0),
+    ]
+}
+
 /// With slats as wide as the gaps between them, and half as thick; metres.
 pub fn fenced(width: f64) -> Stage {
     let (mut stage, grey) = two_rooms();
@@ -232,6 +257,33 @@ pub fn mirror_room() -> Stage {
     add_box(&mut scene, grey, [0.3, 0.4, 0.3], at(0.35, -0.6, -0.3));
     add_lamp(&mut scene, 10.0, 0.5, at(0.0, 0.99, 0.0));
     Stage { scene, reach: ROOM * SQRT_2, view: view(IN_ROOM.0, IN_ROOM.1) }
+}
+
+/// Kinds of things that stand on a floor.
+pub const STANDING: [&str; 3] = ["a box", "a ball", "a step"];
+
+/// A closed room with a lamp under its ceiling, and one of [`STANDING`] on its floor, which lies at −[`ROOM`].
+pub fn standing(kind: &str) -> Stage {
+    let mut stage = room_with(|scene| add_lamp(scene, 10.0, 0.5, at(0.3, 0.9, 0.2)));
+    let scene = &mut stage.scene;
+    scene.instances.remove(1); // the block
+    let grey = add_plaster(scene, [0.7; 3]);
+    match kind {
+        "a box" => {
+            let place = at(0.0, 0.3 - ROOM, 0.0) * DAffine3::from_rotation_y(0.5);
+            add_box(scene, grey, [0.3; 3], place);
+        }
+        "a ball" => {
+            let mut ball = sphere().scene.meshes.remove(0);
+            ball.material = grey;
+            scene.add_mesh(ball, at(0.0, 0.3 - ROOM, 0.0) * DAffine3::from_scale(DVec3::splat(0.3)));
+        }
+        _ => {
+            add_box(scene, grey, [1.0, 0.05, 0.5], at(0.0, 0.05 - ROOM, -0.5));
+        }
+    }
+    let view = view_of([-0.3, 0.0, 0.9], [0.0, 0.2 - ROOM, 0.0], 60.0);
+    Stage { view, ..stage }
 }
 
 /// A room under 1024 lamps of 2 cm, which are out of view: each is smaller than a pixel, and the edges of what is seen directly would

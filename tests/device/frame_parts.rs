@@ -150,11 +150,11 @@ fn growth_that_fails_halfway_leaves_a_frame_that_draws() {
 }
 
 /// The timestamps of work whose parts are submissions of their own hold nearly all of the time that it takes as seen from outside: the
-/// host's submissions and waits take the rest, a fifth here where nothing else runs. The best of three frames counts, because other
-/// tests run beside.
+/// host's submissions and waits take the rest, a fifth here where nothing else runs. Other tests run beside: so the device is opened
+/// once more, with a queue of its own, and the best of up to ten frames counts.
 #[test]
 fn device_time_is_nearly_all_of_a_frame_that_is_cut_into_parts() {
-    let (context, scene) = (gpu::context(), room());
+    let (context, scene) = (gpu::own_context(), room());
     let settings = gpu::with(settings(), &["rays.diffuse=128"]);
     let (pose, view) = (scene.pose(None, 0.0), from(DVec3::new(3.5, 2.0, 3.4)));
     let options = RenderOptions { responsive: true, ..RenderOptions::new((192, 144), scene.bounds(None)) };
@@ -166,7 +166,10 @@ fn device_time_is_nearly_all_of_a_frame_that_is_cut_into_parts() {
         let timings = renderer.render(&pose, &view).expect("a frame").timings;
         timings.gpu_ms / timings.wall_ms
     };
-    let shares = [share(), share(), share()];
+    let mut shares = vec![];
+    while shares.len() < 10 && shares.iter().all(|share| *share <= 0.55) {
+        shares.push(share());
+    }
     assert!(shares.iter().all(|share| *share <= 1.0), "{shares:?}");
     assert!(shares.iter().any(|share| *share > 0.55), "{shares:?} of the frames are the device's time");
     gpu::assert_clean(&context);

@@ -3,6 +3,8 @@
 use crate::gpu;
 
 use std::path::Path;
+use std::rc::Rc;
+use std::sync::atomic::AtomicBool;
 
 use crate::traced::film;
 use glam::{DAffine3, DVec3, Vec3};
@@ -10,12 +12,15 @@ use gpu::twins::closed_forms;
 use twobounce::frame::MOST_SETTLING;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::{Metrics, metrics};
+use twobounce::reference::cache::Cache;
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{
     Image, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap, analytic,
 };
 use twobounce::settings::{Bounces, Settings};
+use twobounce::stability::cases;
+use twobounce::stability::cell::{self, Cell, Effort};
 
 /// Rays, few per place, shared among neighbours.
 fn rays() -> Settings {
@@ -38,6 +43,45 @@ fn indirect(scene: &Scene, settings: &Settings, direct: &Layers, full: &Layers) 
     };
     let found = less(image.beauty(), image.get(Aov::Direct).expect("asked for"));
     metrics(&found, &less(full.beauty(), direct.beauty()), "indirect light").expect("images of one size")
+}
+
+/// The number of a case of stability that is the farthest from its ideal, on a grid of 32³, at one place for each angle.
+fn farthest(case: &str, preset: &str) -> f64 {
+    let (context, cancel) = (gpu::context(), AtomicBool::new(false));
+    let folder = tempfile::tempdir().expect("a folder");
+    let cell = Cell {
+        context: &context,
+        cache: &Cache::at(folder.path()),
+        settings: cell::settings(preset, 32).expect("a preset"),
+        effort: Effort { places: 3, samples: 64, ..Effort::QUICK },
+        memory_limit: None,
+        cancel: &cancel,
+        frame_ms: Rc::default(),
+    };
+    let case = cases::named(case).expect("a case");
+    let samples = case.run(&cell).expect("images");
+    gpu::assert_clean(&context);
+    samples.iter().map(|sample| sample.number).fold(case.ideal, |a, b| case.farther(a.min(b), a.max(b)))
+}
+
+/// The dark room is black to the bit: no ray leads there, and gathered pixels share no light across the wall. With links left out,
+/// a pixel has .5 of the lit room's light.
+#[test]
+fn light_is_not_shared_across_a_wall_that_is_seen_on_edge() {
+    for preset in ["fast", "balanced"] {
+        assert_eq!(farthest("leak-on-edge", preset), 0.0, "{preset}");
+    }
+}
+
+/// Beside what stands on a floor the floor has as much light as the path tracer finds. The tolerance pays for light that is gathered
+/// at fewer pixels than the image has: `fast` takes a sixteenth of them. With lamps' light shared whatever shadow lies on it, `fast`
+/// was at 1.26, and `balanced` at 1.08.
+#[test]
+fn no_bright_strip_lies_beside_what_stands_on_a_floor() {
+    for (preset, most) in [("fast", 0.08), ("balanced", 0.035)] {
+        let number = farthest("contact", preset);
+        assert!((number - 1.0).abs() < most, "{preset}: {number}");
+    }
 }
 
 #[test]

@@ -29,7 +29,7 @@ layout(push_constant) uniform Push {
 layout(
     rgba32f) writeonly uniform image2D gathered_surfaces; // position, voxels; packed normal, −1 where nothing gathers
 layout(rgba16f) writeonly uniform image2D gathered_light; // E/π in stored radiance; open share of the hemisphere
-layout(rgba16f) writeonly uniform image2D gathered_lamps; // the same of sampled lamps
+layout(rgba16f) writeonly uniform image2D gathered_lamps; // the same of sampled lamps; share that no shadow takes
 layout(rgba16f) writeonly uniform image2D gathered_lamps_specular; // stored radiance
 #ifdef METHOD_GATHERS_LOBES
 layout(rgba16f) writeonly uniform image2D gathered_mirrored; // stored radiance, of the specular lobe
@@ -79,7 +79,7 @@ void main() {
     vec4 surface = vec4(0.0, 0.0, 0.0, -1.0);
     vec4 light = vec4(0.0);
     vec3 mirrored = vec3(0.0);
-    LampLight lamps = LampLight(vec3(0.0), vec3(0.0));
+    LampLight lamps = no_lamp_light();
     // Loops, which a CPU device leaves early.
     for (uint i = 0u; i < min(id, 1u); i++) {
         uint triangle = (id - 1u) / 2u;
@@ -108,7 +108,7 @@ void main() {
     imageStore(gathered_surfaces, at, surface);
 #ifndef ASKS
     imageStore(gathered_light, at, light);
-    imageStore(gathered_lamps, at, vec4(min(lamps.diffuse * frame.scale, LARGEST_STORED), 0.0));
+    imageStore(gathered_lamps, at, vec4(min(lamps.diffuse * frame.scale, LARGEST_STORED), lamps.open));
     imageStore(gathered_lamps_specular, at, vec4(min(lamps.specular * frame.scale, LARGEST_STORED), 0.0));
 #ifdef METHOD_GATHERS_LOBES
     if (feature(FEATURE_SPECULAR)) { // else there is no such image

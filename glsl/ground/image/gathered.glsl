@@ -3,18 +3,20 @@
 //! with METHOD_GATHERS_LOBES
 //! given layout(push_constant) uniform Push { uint first_row; } push;
 
-#include "ground/image/likeness.glsl"
 #include "ground/lamp_light.glsl"
+#include "ground/image/likeness.glsl"
+#include "ground/image/linked.glsl"
 
 struct Gathered {
     vec4 light; // E/π in stored radiance; open share of the hemisphere
     LampLight lamps;
     bool found;
+    bool found_lamps; // for lamps; else a pixel looks for itself
     vec3 mirrored; // stored radiance of the specular lobe, where a method gathers for it
 };
 
 Gathered nothing_gathered() {
-    return Gathered(vec4(0.0, 0.0, 0.0, 1.0), LampLight(vec3(0.0), vec3(0.0)), false, vec3(0.0));
+    return Gathered(vec4(0.0, 0.0, 0.0, 1.0), no_lamp_light(), false, false, vec3(0.0));
 }
 
 #ifdef GATHERED
@@ -24,51 +26,86 @@ uniform sampler2D shared_lamps_specular;
 #ifdef METHOD_GATHERS_LOBES
 uniform sampler2D shared_mirrored;
 #endif
-uniform sampler2D surfaces; // position, packed normal
+uniform sampler2D surfaces; // position, packed normal and links
 
+// Of the lamps' light that no shadow takes at gathered pixels about a pixel: at an edge of a shadow it differs by more.
+const float OPEN_APART = 0.25;
 const float LEAST_LIKENESS = 1e-3;
 // Gathered pixels beyond the four about a pixel that are looked at where none of these shows its surface.
 const int WIDER = 2;
 // Rows that a band gathers above and below its own, so that no neighbour is missing.
 const uint GATHER_MARGIN = INTERLEAVE / 2u + 1u + uint(WIDER);
 
+// Whether nothing stands between the four gathered pixels from `corner` on, in a band of `size`.
+bool all_linked(ivec2 corner, ivec2 size) {
+    uvec3 links;
+    for (int k = 0; k < 3; k++) {
+        ivec2 at = clamp(corner + ivec2(k & 1, k >> 1), ivec2(0), size - 1);
+        links[k] = unpack_links(texelFetch(surfaces, at, 0).w);
+    }
+    return links.x == (LINK_RIGHT | LINK_DOWN) && (links.y & LINK_DOWN) != 0u && (links.z & LINK_RIGHT) != 0u;
+}
+
+// A place on the edge of a square of pixels that reaches `ring` beyond a square of two by two, from that one's corner;
+// `k` from 0 to 8 · ring + 3.
+ivec2 on_ring(int ring, int k) {
+    int side = 2 * ring + 1;
+    int along = k % side;
+    ivec2 at = ivec2(along, 0);
+    at = k / side == 1 ? ivec2(side, along) : at;
+    at = k / side == 2 ? ivec2(side - along, side) : at;
+    at = k / side == 3 ? ivec2(0, side - along) : at;
+    return at - ring;
+}
+
 // The light of the gathered pixels about this one that lie on the same surface: of the four nearest, or, where these
 // show others, of those about them. At edges and among small triangles that is less noise than a few rays of the
-// pixel's own, and cheaper.
+// pixel's own, and cheaper. Where something stands between the four, rays tell which pixels count. Lamps are left to the
+// pixel itself where the four show other surfaces too, or the edge of a shadow.
 Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal) {
     uvec2 image = uvec2(frame.image_size);
     ivec2 size = ivec2((image + GATHER_SCALE - 1u) / GATHER_SCALE);
-    int first_row = max(int(push.first_row / GATHER_SCALE) - int(GATHER_MARGIN), 0);
+    ivec2 origin = ivec2(0, max(int(push.first_row / GATHER_SCALE) - int(GATHER_MARGIN), 0));
     vec2 at = (vec2(pixel) + 0.5) / frame.image_size * vec2(size) - 0.5;
     ivec2 corner = ivec2(floor(at));
     vec2 part = at - vec2(corner);
     Gathered sum = nothing_gathered();
     sum.light = vec4(0.0);
     float total = 0.0;
-    const int side = 2 * WIDER + 2;
-    int count = 4;
-    for (int k = 0; k < count; k++) {
-        ivec2 step = k < 4 ? ivec2(k & 1, k >> 1) : ivec2((k - 4) % side, (k - 4) / side) - WIDER;
-        ivec2 texel = clamp(corner + step, ivec2(0), size - 1) - ivec2(0, first_row);
-        vec4 there = texelFetch(surfaces, texel, 0);
-        vec2 away = abs(vec2(step) - part);
-        float close = k < 4 ? (1.0 - away.x) * (1.0 - away.y) : 1.0 / (1.0 + dot(away, away));
-        float weight = there.w < 0.0 ? 0.0 : likeness(position, normal, there.xyz, unpack_normal(there.w));
-        weight *= close;
-        total += weight;
-        count += k == 3 && total <= LEAST_LIKENESS ? side * side : 0;
-        sum.light += weight * texelFetch(shared_light, texel, 0);
-        if (LAMPS == LAMPS_SAMPLED) {
-            sum.lamps.diffuse += weight * texelFetch(shared_lamps, texel, 0).rgb;
-            sum.lamps.specular += weight * texelFetch(shared_lamps_specular, texel, 0).rgb;
-        }
+    bool all_count = true;
+    vec2 open = vec2(1.0, 0.0); // the least and the largest share of lamps that no shadow takes
+    bool asks_rays = LINKED && !all_linked(corner - origin, size - origin);
+    for (int ring = 0; ring <= WIDER && total <= LEAST_LIKENESS; ring++) {
+        for (int k = 0; k < 8 * ring + 4; k++) {
+            ivec2 step = on_ring(ring, k);
+            ivec2 texel = clamp(corner + step, ivec2(0), size - 1) - origin;
+            vec4 there = texelFetch(surfaces, texel, 0);
+            vec3 other = unpack_normal(max(there.w, 0.0));
+            vec2 away = abs(vec2(step) - part);
+            float close = ring == 0 ? (1.0 - away.x) * (1.0 - away.y) : 1.0 / (1.0 + dot(away, away));
+            float weight = there.w < 0.0 ? 0.0 : close * likeness(position, normal, there.xyz, other);
+            // A loop, which a CPU device leaves early.
+            for (uint tests = asks_rays && weight > 0.0 ? 1u : 0u; tests > 0u; tests--) {
+                weight = linked(position, normal, there.xyz, other) ? weight : 0.0;
+            }
+            total += weight;
+            all_count = all_count && (close == 0.0 || weight > 0.0);
+            sum.light += weight * texelFetch(shared_light, texel, 0);
+            if (LAMPS == LAMPS_SAMPLED) {
+                vec4 of_lamps = texelFetch(shared_lamps, texel, 0);
+                sum.lamps.diffuse += weight * of_lamps.rgb;
+                open = weight > 0.0 ? vec2(min(open.x, of_lamps.w), max(open.y, of_lamps.w)) : open;
+                sum.lamps.specular += weight * texelFetch(shared_lamps_specular, texel, 0).rgb;
+            }
 #ifdef METHOD_GATHERS_LOBES
-        if (feature(FEATURE_SPECULAR)) {
-            sum.mirrored += weight * texelFetch(shared_mirrored, texel, 0).rgb;
-        }
+            if (feature(FEATURE_SPECULAR)) {
+                sum.mirrored += weight * texelFetch(shared_mirrored, texel, 0).rgb;
+            }
 #endif
+        }
     }
     sum.found = total > LEAST_LIKENESS;
+    sum.found_lamps = sum.found && all_count && open.y - open.x < OPEN_APART;
     float mean = sum.found ? 1.0 / total : 0.0;
     sum.light *= mean;
     sum.mirrored *= mean;

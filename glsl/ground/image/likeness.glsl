@@ -17,21 +17,35 @@ float likeness(vec3 p, vec3 n, vec3 q, vec3 m) {
     return facing * facing * near * max(1.0 - off_plane / SHARED_PLANE, 0.0);
 }
 
-// A unit vector in 24 bits, exact as a float: an octahedron's map (Cigolle et al., "A Survey of Efficient
-// Representations for Independent Unit Vectors", JCGT 2014).
+// A unit vector in 22 bits, exact as a float: an octahedron's map (Cigolle et al., "A Survey of Efficient
+// Representations for Independent Unit Vectors", JCGT 2014). Two bits are left for links.
 float pack_normal(vec3 n) {
     vec2 p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
     vec2 folded = (1.0 - abs(p.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(p, vec2(0.0)));
     p = n.z < 0.0 ? folded : p;
-    vec2 bits = floor(clamp(p * 0.5 + 0.5, 0.0, 1.0) * 4095.0 + 0.5);
-    return bits.x + 4096.0 * bits.y;
+    vec2 bits = floor(clamp(p * 0.5 + 0.5, 0.0, 1.0) * 2047.0 + 0.5);
+    return bits.x + 2048.0 * bits.y;
 }
 
 vec3 unpack_normal(float packed) {
-    vec2 bits = vec2(mod(packed, 4096.0), floor(packed / 4096.0));
-    vec2 p = bits / 4095.0 * 2.0 - 1.0;
+    vec2 bits = mod(vec2(packed, floor(packed / 2048.0)), 2048.0);
+    vec2 p = bits / 2047.0 * 2.0 - 1.0;
     vec3 n = vec3(p, 1.0 - abs(p.x) - abs(p.y));
     vec2 folded = (1.0 - abs(p.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(p, vec2(0.0)));
     n.xy = n.z < 0.0 ? folded : n.xy;
     return normalize(n);
+}
+
+// Links of a gathered pixel: nothing stands between it and the one on its right, and the one below it.
+const uint LINK_RIGHT = 1u;
+const uint LINK_DOWN = 2u;
+
+// Adds links to a packed normal.
+float pack_links(float packed, uint links) {
+    return packed + 4194304.0 * float(links);
+}
+
+// The links beside a packed normal; none where nothing gathers.
+uint unpack_links(float packed) {
+    return uint(max(packed, 0.0) / 4194304.0);
 }

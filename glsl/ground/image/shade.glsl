@@ -99,18 +99,19 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
 #else
     Gathered gathered = nothing_gathered();
 #endif
-    // A surface of which no gathered pixel shows anything looks up for itself, and so does every far side: that is not
-    // gathered with neighbours, so it takes all directions that these would have. Loops, which a CPU device leaves
+    // A surface of which no gathered pixel shows anything looks up for itself, one at an edge looks for lamps itself, and
+    // so does every far side: that is not gathered with neighbours, so it takes all directions that these would have. Loops, which a CPU device leaves
     // early, name each look-up once: drivers copy it into every place that calls it.
     Outgoing through = Outgoing(vec3(0.0), vec3(0.0));
     uint near = lit && !gathered.found ? 1u : 0u;
+    uint near_lamps = lit && !gathered.found_lamps ? 1u : 0u;
     uint far = lit && sends_through(s) ? 1u : 0u;
-    for (uint i = 0u; i < near + far; i++) {
-        LampLight lamps = LampLight(vec3(0.0), vec3(0.0));
+    for (uint i = 0u; i < near_lamps + far; i++) {
+        LampLight lamps = no_lamp_light();
 #ifndef ASKS
-        lamps = lamp_light(i < near ? s : far_side(s), view);
+        lamps = lamp_light(i < near_lamps ? s : far_side(s), view);
 #endif
-        if (i < near) {
+        if (i < near_lamps) {
             gathered.lamps = lamps;
         } else {
             through.direct = lamps.diffuse;

@@ -3,7 +3,8 @@
 #extension GL_EXT_scalar_block_layout : require
 //! with LOBES
 // Share: every gathered pixel takes the mean of its neighbours on the same surface. The square has an odd side,
-// its border counts half: each of the INTERLEAVE² patterns counts the same.
+// its border counts half: each of the INTERLEAVE² patterns counts the same. A neighbour counts if links lead to it, each
+// away from the middle.
 
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
@@ -14,7 +15,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-uniform sampler2D surfaces;
+uniform sampler2D surfaces; // position, packed normal and links, −1 where nothing gathers
 uniform sampler2D light;
 uniform sampler2D lamps;
 uniform sampler2D lamps_specular;
@@ -30,6 +31,39 @@ layout(push_constant) uniform Push {
     uint rows; // of this band
 } push;
 
+const int REACH = int(INTERLEAVE / 2u);
+
+// The links with one of the bits of a row's pixels from x − REACH on, from the least bit on; `at` may lie outside of
+// an image of `size`, which no link leaves.
+uint links_of_row(ivec2 at, ivec2 size, uint bit) {
+    uint row = 0u;
+    for (int x = -REACH; x <= REACH; x++) {
+        ivec2 to = at + ivec2(x, 0);
+        bool inside = all(greaterThanEqual(to, ivec2(0))) && all(lessThan(to, size));
+        uint of_pixel = inside ? unpack_links(texelFetch(surfaces, to, 0).w) : 0u;
+        row |= !LINKED || (of_pixel & bit) != 0u ? 1u << (x + REACH) : 0u;
+    }
+    return row;
+}
+
+// The pixels of a row that links to the right lead to, away from its middle, from those in `found` on.
+uint along_row(uint found, uint rights) {
+    for (int x = 0; x < REACH; x++) {
+        uint right = 1u << (REACH + x);
+        uint left = 1u << (REACH - x);
+        found |= (found & rights & right) << 1u;
+        found |= (found & left) >> 1u & rights;
+    }
+    return found;
+}
+
+// Whether two shares of lamps that no shadow takes, found by LAMP_POINTS points each, may be those of one place.
+float open_alike(float a, float b) {
+    float mean = 0.5 * (a + b);
+    float variance = 2.0 * mean * (1.0 - mean) / float(LAMP_POINTS);
+    return exp(-0.5 * (a - b) * (a - b) / max(variance, 1e-6));
+}
+
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     ivec2 size = ivec2(textureSize(light, 0).x, push.rows);
@@ -38,25 +72,39 @@ void main() {
     }
     vec4 here = texelFetch(surfaces, at, 0);
     vec3 normal = unpack_normal(max(here.w, 0.0));
-    const int reach = int(INTERLEAVE / 2u);
     vec4 sum = vec4(0.0);
     vec4 lamp_sum = vec4(0.0);
     vec4 specular_sum = vec4(0.0);
     vec4 mirrored_sum = vec4(0.0);
     float total = 0.0;
-    for (int y = -reach; y <= reach; y++) {
-        for (int x = -reach; x <= reach; x++) {
+    float lamp_total = 0.0;
+    float open = LAMPS == LAMPS_SAMPLED ? texelFetch(lamps, at, 0).w : 1.0;
+    // The pixel's own row, those below it, those above it.
+    uint own = along_row(1u << REACH, links_of_row(at, size, LINK_RIGHT));
+    uint found = own;
+    for (int k = 0; k <= 2 * REACH; k++) {
+        int y = k <= REACH ? k : REACH - k;
+        if (k > 0) {
+            uint before = k == REACH + 1 ? own : found;
+            uint downs = links_of_row(at + ivec2(0, y > 0 ? y - 1 : y), size, LINK_DOWN);
+            found = along_row(before & downs, links_of_row(at + ivec2(0, y), size, LINK_RIGHT));
+        }
+        for (int x = -REACH; x <= REACH; x++) {
             ivec2 to = at + ivec2(x, y);
             vec4 there = texelFetch(surfaces, clamp(to, ivec2(0), size - 1), 0);
-            bool counts = all(greaterThanEqual(to, ivec2(0))) && all(lessThan(to, size)) && there.w >= 0.0;
-            float border = (abs(x) == reach ? 0.5 : 1.0) * (abs(y) == reach ? 0.5 : 1.0);
+            bool counts = all(greaterThanEqual(to, ivec2(0))) && all(lessThan(to, size)) && there.w >= 0.0
+                && (found & 1u << (x + REACH)) != 0u;
+            float border = (abs(x) == REACH ? 0.5 : 1.0) * (abs(y) == REACH ? 0.5 : 1.0);
             float weight =
                 counts ? border * likeness(here.xyz, normal, there.xyz, unpack_normal(max(there.w, 0.0))) : 0.0;
             to = clamp(to, ivec2(0), size - 1);
             sum += weight * texelFetch(light, to, 0);
             if (LAMPS == LAMPS_SAMPLED) {
-                lamp_sum += weight * texelFetch(lamps, to, 0);
-                specular_sum += weight * texelFetch(lamps_specular, to, 0);
+                vec4 of_lamps = texelFetch(lamps, to, 0);
+                float alike = weight * open_alike(open, of_lamps.w);
+                lamp_sum += alike * of_lamps;
+                specular_sum += alike * texelFetch(lamps_specular, to, 0);
+                lamp_total += alike;
             }
 #ifdef LOBES
             mirrored_sum += weight * texelFetch(mirrored, to, 0);
@@ -70,7 +118,8 @@ void main() {
     imageStore(shared_mirrored, at, mirrored_sum * mean);
 #endif
     if (LAMPS == LAMPS_SAMPLED) {
-        imageStore(shared_lamps, at, lamp_sum * mean);
-        imageStore(shared_lamps_specular, at, specular_sum * mean);
+        float lamp_mean = lamp_total > 0.0 ? 1.0 / lamp_total : 0.0;
+        imageStore(shared_lamps, at, lamp_sum * lamp_mean);
+        imageStore(shared_lamps_specular, at, specular_sum * lamp_mean);
     }
 }

@@ -1,5 +1,5 @@
-//! Gather and share: diffuse light at fewer pixels than the image has, or along directions that differ from pixel to pixel,
-//! then the mean over neighbours on the same surface. The pass image brings it up to its pixels.
+//! Gather, links and share: diffuse light at fewer pixels than the image has, or along directions that differ from pixel to pixel,
+//! then the mean over neighbours on the same surface, where nothing stands between them. The pass image brings it up to its pixels.
 //! Reads: fragments, triangles, lists, the method's light. Writes: gathered light and the surfaces that it belongs to, band by band.
 
 use std::sync::Arc;
@@ -8,8 +8,9 @@ use super::target::ImageShape;
 use super::{BandFrame, ImagePassDesc, LightReader, LightUse};
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::layout::{GatherPush, RowsPush, SharePush};
+use crate::ground::layout::{GatherPush, OwnRowsPush, RowsPush};
 use crate::ground::memory_plan::MemoryRow;
+use crate::ground::wants::Wants;
 use crate::settings::ImageSettings;
 use crate::vk::{Bind, Compute, ComputeDesc, Context, Format, Image, ImageDesc, ImageUsageFlags, Recorder};
 
@@ -27,7 +28,7 @@ const LIGHTS: [[&str; 3]; 4] = [
 /// Pixels along each side of the tiles of `gather.comp`, and workgroups of each; as in `glsl/common/tile.glsl`.
 const TILE: u32 = 16;
 const TILE_GROUPS: u32 = 4;
-/// Pixels along each side of a workgroup of `share.comp`.
+/// Pixels along each side of a workgroup of `links.comp` and `share.comp`.
 const GROUP: u32 = 8;
 
 /// Gathered pixels beyond the nearest that a surface is looked for among: `WIDER` in `glsl/ground/image/gathered.glsl`.
@@ -56,11 +57,18 @@ pub struct GatherShape {
     margin: u32,
     /// Whether light of specular lobes is gathered too.
     lobes: bool,
+    /// Whether rays tell which gathered pixels share light: the constant `LINKED`.
+    pub links: bool,
 }
 
 impl GatherShape {
-    pub fn new(settings: &ImageSettings, lobes: bool) -> Self {
-        Self { scale: settings.gather_resolution.scale(), margin: settings.interleave / 2 + 1 + WIDER, lobes }
+    pub fn new(settings: &ImageSettings, wants: &Wants) -> Self {
+        Self {
+            scale: settings.gather_resolution.scale(),
+            margin: settings.interleave / 2 + 1 + WIDER,
+            lobes: wants.gathers_lobes,
+            links: wants.rays,
+        }
     }
 
     fn lights(&self) -> &'static [[&'static str; 3]] {
@@ -97,9 +105,9 @@ impl GatherShape {
         2 * (self.margin + 2) * self.scale
     }
 
-    /// Bytes of a gathered pixel: every light before and after sharing, and the surface.
+    /// Bytes of a gathered pixel: every light before and after sharing, the surface, alone and with its links.
     fn pixel_bytes(&self) -> u64 {
-        2 * 8 * self.lights().len() as u64 + 16
+        2 * 8 * self.lights().len() as u64 + if self.links { 32 } else { 16 }
     }
 
     /// Bytes of [`Gather::new`].
@@ -116,6 +124,8 @@ pub struct Gather {
     /// Means of `lights` over neighbouring pixels; the image reads these.
     shared: Vec<Image>,
     gather: LightReader,
+    /// Where rays tell which pixels share, the surfaces with these links, and the pass that finds them.
+    linked: Option<(Image, Compute)>,
     share: Compute,
 }
 
@@ -134,6 +144,7 @@ impl Gather {
         let gather = desc.light_reader(context, "gather", &shader)?;
         let shader = if of.lobes { "ground/image/share.comp LOBES" } else { "ground/image/share.comp" };
         let share = ComputeDesc { label: "share", shader, constants };
+        let link = ComputeDesc { label: "links", shader: "ground/image/links.comp", constants };
         Ok(Self {
             of,
             surfaces: image("gathered surfaces", SURFACE_FORMAT)?,
@@ -146,6 +157,10 @@ impl Gather {
                 .map(|[.., name]| image(&name.replace('_', " "), LIGHT_FORMAT))
                 .collect::<Result<_>>()?,
             gather,
+            linked: of
+                .links
+                .then(|| Ok((image("linked surfaces", SURFACE_FORMAT)?, Compute::new(context, &link)?)))
+                .transpose()?,
             share: Compute::new(context, &share)?,
         })
     }
@@ -166,15 +181,22 @@ impl Gather {
             r.dispatch(pass, &binds, &push, [TILE_GROUPS, width.div_ceil(TILE), part.len() as u32]);
         });
         r.full_barrier();
+        let texels = &ground.scene.texel_sampler;
+        let push = OwnRowsPush { rows: rows.count };
+        if let Some((surfaces, link)) = &self.linked {
+            let mut binds = ground.image_binds();
+            binds.push(Bind::image("gathered", self.surfaces.view(), texels));
+            binds.push(Bind::storage_image("linked_surfaces", surfaces.view()));
+            r.dispatch(link, &link.select(&binds), &push, groups);
+            r.full_barrier();
+        }
         if of.light == LightUse::Asks {
             return; // nothing was gathered yet
         }
-        let texels = &ground.scene.texel_sampler;
-        let mut binds =
-            vec![Bind::buffer("frame", &ground.frame), Bind::image("surfaces", self.surfaces.view(), texels)];
+        let mut binds = vec![Bind::buffer("frame", &ground.frame), self.bind_surfaces(ground)];
         binds.extend(self.named(&self.lights, 1).map(|(image, name)| Bind::image(name, image.view(), texels)));
         binds.extend(self.named(&self.shared, 2).map(|(image, name)| Bind::storage_image(name, image.view())));
-        r.dispatch(&self.share, &binds, &SharePush { rows: rows.count }, groups);
+        r.dispatch(&self.share, &binds, &push, groups);
         r.full_barrier();
     }
 
@@ -190,12 +212,17 @@ impl Gather {
         images.iter().zip(LIGHTS).map(move |(image, names)| (image, names[stage]))
     }
 
+    fn bind_surfaces<'a>(&'a self, ground: &'a Ground) -> Bind<'a> {
+        let surfaces = self.linked.as_ref().map_or(&self.surfaces, |(image, _)| image);
+        Bind::image("surfaces", surfaces.view(), &ground.scene.texel_sampler)
+    }
+
     /// Images that the image's passes read.
     pub fn binds<'a>(&'a self, ground: &'a Ground) -> impl Iterator<Item = Bind<'a>> {
         let texels = &ground.scene.texel_sampler;
         // A binding that a shader declares but never reads must still be given an image.
         let shared = self.shared.iter().chain(std::iter::repeat(&self.shared[0])).zip(LIGHTS);
-        std::iter::once(Bind::image("surfaces", self.surfaces.view(), texels))
+        std::iter::once(self.bind_surfaces(ground))
             .chain(shared.map(|(image, [.., name])| Bind::image(name, image.view(), texels)))
     }
 

@@ -79,8 +79,7 @@ pub struct ImageShape {
 
 impl ImageShape {
     pub fn new(settings: &ImageSettings, wants: &Wants, (width, height): (u32, u32), outputs: usize) -> Self {
-        let gathers =
-            (wants.diffuse && settings.gathers_apart()).then(|| GatherShape::new(settings, wants.gathers_lobes));
+        let gathers = (wants.diffuse && settings.gathers_apart()).then(|| GatherShape::new(settings, wants));
         Self { width, height, samples: settings.samples, outputs, drawn: wants.drawn, gathers }
     }
 

@@ -1,17 +1,20 @@
 //! How much light arrives, where that is known: in simple scenes, of lamps that are many or bright, in scenes made by chance.
 
 use super::walls::against_truth;
-use super::{Run, at_places, energy, rel, sum};
+use super::{Run, Shown, at_places, energy, of_all, rel, sum};
+use glam::DVec3;
+
 use crate::Result;
 use crate::chart::measure::same_depth;
-use crate::layers::Aov;
+use crate::layers::{Aov, Layers};
 use crate::reference::Depth;
 use crate::settings::{Bounces, LampLight};
 use crate::stability::case::{Place, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::random;
 use crate::stability::scenes::{
-    ROOM, add_lamp, at, corridor, furnace, lit_square, mirror_room, room, room_with, sphere, thousand_lamps,
+    ROOM, STANDING, add_lamp, at, corridor, furnace, lit_square, mirror_room, room, room_with, sphere, standing,
+    thousand_lamps,
 };
 use crate::stability::stage::Studio;
 
@@ -27,8 +30,40 @@ pub const RUNS: &[(&str, Run)] = &[
     ("outside", |cell| against_truth(&cell.with(&format!("grid.side={ROOM}"))?, room(), energy)),
     ("thousand-lamps", |cell| against_truth(cell, thousand_lamps(), rel)),
     ("bright-lamp", |cell| against_truth(cell, room_with(|scene| add_lamp(scene, 1e6, 0.004, at(0.1, 0.9, 0.1))), rel)),
+    ("contact", contacts),
     ("random", random_scenes),
 ];
+
+/// The light on a floor within three pixels of a thing that stands on it, over the path tracer's.
+fn contacts(cell: &Cell) -> Result<Vec<Sample>> {
+    of_all(&STANDING, |kind| {
+        let stage = standing(kind);
+        let view = stage.view;
+        let film = cell.film(&stage, &stage.pose(), same_depth(&stage.scene, &cell.settings), 0)?;
+        let truth = film.layers(&[Aov::Direct]);
+        let mut studio = Studio::new(cell, stage)?;
+        let sample = |place: &Place| {
+            let image = studio.shoot(place)?;
+            let places = Shown { image: &image, view };
+            let on_floor = |i: usize| places.place(i).is_some_and(|at| (at.y + ROOM).abs() < 1e-3);
+            // Walls are further off, and so is the ceiling.
+            let on_thing = |i: usize| {
+                let inside = |at: DVec3| at.x.abs().max(at.z.abs()) < 0.98 && at.y < 0.65 - ROOM;
+                !on_floor(i) && places.place(i).is_some_and(inside)
+            };
+            let strip: Vec<usize> =
+                (0..image.beauty().len()).filter(|&i| on_floor(i) && places.about(i, 3).any(on_thing)).collect();
+            let of = |pixels: &[[f32; 3]]| strip.iter().map(|&i| pixels[i]).collect::<Vec<_>>();
+            let indirect =
+                |image: &Layers| sum(&of(image.beauty())) - sum(&of(image.get(Aov::Direct).unwrap_or_default()));
+            let (found, expected) = (of(image.beauty()), of(truth.beauty()));
+            let more = vec![("rel", rel(&found, &expected)), ("energy, indirect", indirect(&image) / indirect(&truth))];
+            let sample = Sample::new(format!("{kind}: {place}"), energy(&found, &expected), image.beauty());
+            Ok(sample.with(more).beside(truth.beauty()))
+        };
+        cell.turned_places().iter().map(sample).collect()
+    })
+}
 
 fn furnaces(cell: &Cell, albedo: f32) -> Result<Vec<Sample>> {
     let (stage, albedo) = (furnace(albedo), f64::from(albedo));

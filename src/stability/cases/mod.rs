@@ -8,13 +8,16 @@ mod walls;
 
 use std::sync::LazyLock;
 
+use glam::DVec3;
 use serde::Deserialize;
 
 use super::case::{Case, Place, Sample};
 use super::cell::Cell;
 use super::stage::{Stage, Studio};
 use crate::Result;
+use crate::layers::{Aov, Layers};
 use crate::measure::metrics::{self, NonFinite};
+use crate::scene::View;
 
 /// The function of a case: a sample for each place.
 type Run = fn(&Cell) -> Result<Vec<Sample>>;
@@ -60,6 +63,28 @@ fn at_places(cell: &Cell, stage: Stage, sample: impl Fn(&mut Studio, &Place) -> 
 /// The samples of several scenes of a case, one after the other.
 fn of_all<T>(scenes: &[T], samples: impl FnMut(&T) -> Result<Vec<Sample>>) -> Result<Vec<Sample>> {
     Ok(scenes.iter().map(samples).collect::<Result<Vec<_>>>()?.concat())
+}
+
+/// An image with the layer of depth, and the view that it shows.
+struct Shown<'a> {
+    image: &'a Layers,
+    view: View,
+}
+
+impl Shown<'_> {
+    /// Where the middle of a pixel meets the scene as it stands about the origin; `None` where it meets nothing.
+    fn place(&self, pixel: usize) -> Option<DVec3> {
+        let depth = f64::from(self.image.get(Aov::Depth)?[pixel][0]);
+        let (eye, way) = self.view.ray(pixel, (self.image.width, self.image.height));
+        (depth > 0.0).then(|| eye + way * depth / way.dot(self.view.forward))
+    }
+
+    /// The pixels within `reach` of a pixel along both sides, itself too.
+    fn about(&self, pixel: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
+        let [width, height] = [self.image.width, self.image.height].map(|side| side as usize);
+        let near = move |at: usize, side: usize| at.saturating_sub(reach)..(at + reach + 1).min(side);
+        near(pixel / width, height).flat_map(move |y| near(pixel % width, width).map(move |x| y * width + x))
+    }
 }
 
 /// The sum over a layer's pixels and channels.

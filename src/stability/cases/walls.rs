@@ -1,6 +1,6 @@
 //! Light that walls let through although they should not, or keep back although they should let it through.
 
-use super::{Run, at_places, energy, rel, sum};
+use super::{Run, Shown, at_places, energy, of_all, rel, sum};
 use crate::Result;
 use crate::chart::measure::same_depth;
 use crate::layers::Aov;
@@ -8,7 +8,9 @@ use crate::measure::metrics;
 use crate::measure::terms::{self, Subtract};
 use crate::stability::case::{Place, Sample};
 use crate::stability::cell::Cell;
-use crate::stability::scenes::{DARK, LIT, back_side, behind, divided, fenced, two_rooms, view};
+use crate::stability::scenes::{
+    DARK, LIT, back_side, behind, divided, fenced, on_edge, two_rooms, view, views_on_edge,
+};
 use crate::stability::stage::{Stage, Studio};
 
 /// The functions of the cases, by their names in `src/stability/cases.toml`.
@@ -19,6 +21,7 @@ pub const RUNS: &[(&str, Run)] = &[
     ("leak-1", |cell| leaks(cell, 1.0)),
     ("leak-2", |cell| leaks(cell, 2.0)),
     ("leak-4", |cell| leaks(cell, 4.0)),
+    ("leak-on-edge", leaks_on_edge),
     ("back-side", back_sides),
     ("fence", |cell| {
         let voxel_m = two_rooms().0.voxel_m(&cell.settings);
@@ -33,6 +36,26 @@ fn leaks(cell: &Cell, voxels: f64) -> Result<Vec<Sample>> {
         let lit = studio.shoot_as(place, &pose, view(LIT, [0.0; 3]))?;
         let dark = studio.shoot_as(place, &pose, view(DARK, [0.0; 3]))?;
         Ok(Sample::new(place, energy(dark.beauty(), lit.beauty()), dark.beauty()))
+    })
+}
+
+/// Of the pixels that show the dark room and next to which none shows the lit one, the brightest, over the median of the lit room's.
+fn leaks_on_edge(cell: &Cell) -> Result<Vec<Sample>> {
+    let stage = on_edge(0.25 * on_edge(0.0).voxel_m(&cell.settings));
+    of_all(&views_on_edge(), |view| {
+        at_places(cell, Stage { view: *view, ..stage.clone() }, |studio, place| {
+            let image = studio.shoot(place)?;
+            let places = Shown { image: &image, view: *view };
+            let across = |i: usize| places.place(i).map(|at| at.x);
+            let bright = |i: usize| f64::from(image.beauty()[i].into_iter().fold(0.0, f32::max));
+            let pixels = 0..image.beauty().len();
+            let is_lit = |i: usize| across(i).is_some_and(|x| x < 0.0);
+            let mut lit: Vec<f64> = pixels.clone().filter(|&i| is_lit(i)).map(bright).collect();
+            let dark = pixels.filter(|&i| across(i).is_some() && !places.about(i, 1).any(is_lit)).map(bright);
+            lit.sort_by(f64::total_cmp); // the lamp itself may be seen
+            let number = dark.fold(0.0, f64::max) / lit[lit.len() / 2];
+            Ok(Sample::new(format!("{place}, eye at {}", view.eye), number, image.beauty()))
+        })
     })
 }
 

@@ -60,8 +60,8 @@ ivec2 on_ring(int ring, int k) {
 
 // The light of the gathered pixels about this one that lie on the same surface: of the four nearest, or, where these
 // show others, of those about them. At edges and among small triangles that is less noise than a few rays of the
-// pixel's own, and cheaper. Where something stands between the four, rays tell which pixels count. Lamps are left to the
-// pixel itself where the four show other surfaces too, or the edge of a shadow.
+// pixel's own, and cheaper. Where something stands between the four, rays tell which pixels count. Lamps are left to
+// the pixel itself where the four show other surfaces too, or the edge of a shadow.
 Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal) {
     uvec2 image = uvec2(frame.image_size);
     ivec2 size = ivec2((image + GATHER_SCALE - 1u) / GATHER_SCALE);

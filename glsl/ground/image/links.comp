@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Links: which gathered pixels and their neighbours on the right and below lie on one surface with nothing between them.
-// The pass share goes along these links, and the pass image looks for light across them.
+// Links: which gathered pixels and their neighbours on the right and below lie on one surface with nothing between
+// them. The pass share goes along these links, and the pass image looks for light across them.
 
 #include "ground/constants.glsl"
 #include "ground/image/likeness.glsl"

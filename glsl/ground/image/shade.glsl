@@ -99,9 +99,10 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
 #else
     Gathered gathered = nothing_gathered();
 #endif
-    // A surface of which no gathered pixel shows anything looks up for itself, one at an edge looks for lamps itself, and
-    // so does every far side: that is not gathered with neighbours, so it takes all directions that these would have. Loops, which a CPU device leaves
-    // early, name each look-up once: drivers copy it into every place that calls it.
+    // A surface of which no gathered pixel shows anything looks up for itself, one at an edge looks for lamps itself,
+    // and so does every far side: that is not gathered with neighbours, so it takes all directions that these would
+    // have. Loops, which a CPU device leaves early, name each look-up once: drivers copy it into every place that calls
+    // it.
     Outgoing through = Outgoing(vec3(0.0), vec3(0.0));
     uint near = lit && !gathered.found ? 1u : 0u;
     uint near_lamps = lit && !gathered.found_lamps ? 1u : 0u;

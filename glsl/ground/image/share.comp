@@ -3,8 +3,8 @@
 #extension GL_EXT_scalar_block_layout : require
 //! with LOBES
 // Share: every gathered pixel takes the mean of its neighbours on the same surface. The square has an odd side,
-// its border counts half: each of the INTERLEAVE² patterns counts the same. A neighbour counts if links lead to it, each
-// away from the middle.
+// its border counts half: each of the INTERLEAVE² patterns counts the same. A neighbour counts if links lead to it,
+// each away from the middle.
 
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"

@@ -92,6 +92,13 @@ impl View {
         }
     }
 
+    /// Where the middle of a pixel of an image of `size` meets a surface, in the world, by the layer of depth: metres ahead of the eye.
+    /// `None` where it meets none.
+    pub fn surface(&self, pixel: usize, size: (u32, u32), depth: f32) -> Option<DVec3> {
+        let (from, direction) = self.ray(pixel, size);
+        depth.is_finite().then(|| from + direction * (f64::from(depth) / direction.dot(self.forward)))
+    }
+
     /// The direction of [`Self::ray`].
     pub fn direction(&self, pixel: usize, size: (u32, u32)) -> DVec3 {
         self.ray(pixel, size).1

@@ -181,6 +181,7 @@ mod tests {
         assert!(scene.sky_lights().next().is_none(), "softboxes are dim enough to be found by directions");
         assert!(scene.bounds(None).min.y < bounds.min.y && scene.bounds(None).min.y > bounds.min.y - 0.01);
     }
+
     #[test]
     fn a_scene_without_triangles_has_its_ground_at_the_origin() {
         let mut scene = Scene::empty("empty");

@@ -33,15 +33,16 @@ layout(push_constant) uniform Push {
 
 const int REACH = int(INTERLEAVE / 2u);
 
-// The links with one of the bits of a row's pixels from x − REACH on, from the least bit on; `at` may lie outside of
-// an image of `size`, which no link leaves.
-uint links_of_row(ivec2 at, ivec2 size, uint bit) {
-    uint row = 0u;
+// The links to the right and those down of a row's pixels from x − REACH on, a bit each from the least one on; `at` may
+// lie outside of an image of `size`, which no link leaves.
+uvec2 links_of_row(ivec2 at, ivec2 size) {
+    uvec2 row = uvec2(0u);
     for (int x = -REACH; x <= REACH; x++) {
         ivec2 to = at + ivec2(x, 0);
         bool inside = all(greaterThanEqual(to, ivec2(0))) && all(lessThan(to, size));
-        uint of_pixel = inside ? unpack_links(texelFetch(surfaces, to, 0).w) : 0u;
-        row |= !LINKED || (of_pixel & bit) != 0u ? 1u << (x + REACH) : 0u;
+        uint of_pixel = !LINKED ? LINK_RIGHT | LINK_DOWN : inside ? unpack_links(texelFetch(surfaces, to, 0).w) : 0u;
+        row.x |= (of_pixel & LINK_RIGHT) != 0u ? 1u << (x + REACH) : 0u;
+        row.y |= (of_pixel & LINK_DOWN) != 0u ? 1u << (x + REACH) : 0u;
     }
     return row;
 }
@@ -80,14 +81,18 @@ void main() {
     float lamp_total = 0.0;
     float open = LAMPS == LAMPS_SAMPLED ? texelFetch(lamps, at, 0).w : 1.0;
     // The pixel's own row, those below it, those above it.
-    uint own = along_row(1u << REACH, links_of_row(at, size, LINK_RIGHT));
+    uvec2 own_links = links_of_row(at, size);
+    uvec2 links = own_links;
+    uint own = along_row(1u << REACH, own_links.x);
     uint found = own;
     for (int k = 0; k <= 2 * REACH; k++) {
         int y = k <= REACH ? k : REACH - k;
         if (k > 0) {
-            uint before = k == REACH + 1 ? own : found;
-            uint downs = links_of_row(at + ivec2(0, y > 0 ? y - 1 : y), size, LINK_DOWN);
-            found = along_row(before & downs, links_of_row(at + ivec2(0, y), size, LINK_RIGHT));
+            bool turns = k == REACH + 1;
+            uvec2 before = turns ? own_links : links;
+            links = links_of_row(at + ivec2(0, y), size);
+            // A link down is kept by the upper one of its two pixels.
+            found = along_row((turns ? own : found) & (y > 0 ? before : links).y, links.x);
         }
         for (int x = -REACH; x <= REACH; x++) {
             ivec2 to = at + ivec2(x, y);

@@ -168,12 +168,9 @@ impl Grid<'_> {
         let voxel_from_world = grid.voxel_from_world();
         let depths = image.get(Aov::Depth).unwrap_or_default();
         let color = |(pixel, depth): (usize, &[f32; 3])| {
-            let (depth, (from, direction)) = (f64::from(depth[0]), view.ray(pixel, size));
-            if !depth.is_finite() {
+            let Some(point) = view.surface(pixel, size, depth[0]) else {
                 return [0, 0, 0, 255]; // the sky
-            }
-            // Where the pixel's centre meets a surface that is `depth` metres ahead.
-            let point = from + direction * (depth / direction.dot(view.forward));
+            };
             let at = voxel_from_world.transform_point3(point);
             let outside = at.min_element() < 0.0 || at.max_element() >= edge as f64;
             if outside { OUTSIDE } else { of_voxel(at) }

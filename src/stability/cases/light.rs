@@ -1,9 +1,9 @@
 //! How much light arrives, where that is known: in simple scenes, of lamps that are many or bright, in scenes made by chance.
 
-use super::walls::against_truth;
-use super::{Run, Shown, at_places, energy, of_all, rel, sum};
 use glam::DVec3;
 
+use super::walls::against_truth;
+use super::{Run, Shown, at_places, energy, of_all, rel, sum};
 use crate::Result;
 use crate::chart::measure::same_depth;
 use crate::layers::{Aov, Layers};

@@ -74,9 +74,8 @@ struct Shown<'a> {
 impl Shown<'_> {
     /// Where the middle of a pixel meets the scene as it stands about the origin; `None` where it meets nothing.
     fn place(&self, pixel: usize) -> Option<DVec3> {
-        let depth = f64::from(self.image.get(Aov::Depth)?[pixel][0]);
-        let (eye, way) = self.view.ray(pixel, (self.image.width, self.image.height));
-        (depth > 0.0).then(|| eye + way * depth / way.dot(self.view.forward))
+        let depth = self.image.get(Aov::Depth)?[pixel][0];
+        self.view.surface(pixel, (self.image.width, self.image.height), depth)
     }
 
     /// The pixels within `reach` of a pixel along both sides, itself too.

@@ -6,6 +6,7 @@ use crate::chart::measure::same_depth;
 use crate::layers::Aov;
 use crate::measure::metrics;
 use crate::measure::terms::{self, Subtract};
+use crate::measure::timing::Spread;
 use crate::stability::case::{Place, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::scenes::{
@@ -50,10 +51,10 @@ fn leaks_on_edge(cell: &Cell) -> Result<Vec<Sample>> {
             let bright = |i: usize| f64::from(image.beauty()[i].into_iter().fold(0.0, f32::max));
             let pixels = 0..image.beauty().len();
             let is_lit = |i: usize| across(i).is_some_and(|x| x < 0.0);
-            let mut lit: Vec<f64> = pixels.clone().filter(|&i| is_lit(i)).map(bright).collect();
+            // The lamp itself may be seen: so the median.
+            let lit = Spread::of(pixels.clone().filter(|&i| is_lit(i)).map(bright));
             let dark = pixels.filter(|&i| across(i).is_some() && !places.about(i, 1).any(is_lit)).map(bright);
-            lit.sort_by(f64::total_cmp); // the lamp itself may be seen
-            let number = dark.fold(0.0, f64::max) / lit[lit.len() / 2];
+            let number = dark.fold(0.0, f64::max) / lit.median;
             Ok(Sample::new(format!("{place}, eye at {}", view.eye), number, image.beauty()))
         })
     })

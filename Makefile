@@ -33,7 +33,7 @@ test:  ## formatting, lints, docs, every test
 
 test-web:  ## the chart's page in a real browser (Debian's chromium, installed if missing)
 	scripts/setup.sh web
-	cargo build --release --locked
+	cargo test --release --locked --features hot-reload --no-run --test command
 	scripts/guard.sh $(WEB_SECONDS) tests/web/run.sh
 
 test-cluster:  ## docs/cluster.md's recipes, with workers that are killed (Debian's parallel and Slurm, installed if missing; HyperQueue from PyPI)

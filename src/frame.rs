@@ -17,7 +17,7 @@ use crate::ground::grid::radiance_scale;
 use crate::ground::image::given::GivenPass;
 use crate::ground::image::target::{ImageShape, ImageTarget};
 use crate::ground::image::{ImageFrame, ImagePass};
-use crate::ground::lamps::Lamps;
+use crate::ground::lamps::{LampSums, Lamps};
 use crate::ground::layout::{self, Globals};
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::scene_on_gpu::SceneOnGpu;
@@ -39,8 +39,7 @@ pub struct Frame {
     image: ImagePass,
     settings: Settings,
     lamps: Lamps,
-    /// Pieces of lamps, and whether they are chosen through the tree.
-    placed_lamps: (u32, bool),
+    placed_lamps: LampSums,
     /// Scale from radiance to its stored value.
     pub scale: f32,
     /// Counters as the device left them, per slot and grid.
@@ -122,7 +121,7 @@ impl Frame {
             counters: (0..desc.slots).map(counters).collect::<Result<_>>()?,
             scale: radiance_scale(desc.scene, ground.desc.grid.finest_m(), settings.bounces),
             settings: settings.clone(),
-            placed_lamps: (0, false),
+            placed_lamps: LampSums::default(),
             light: LightProgress::new(light_rules(desc, &ground, &*method)),
             all_lit: false,
             made_of: None,
@@ -269,7 +268,7 @@ impl Frame {
         if lamps {
             let placed =
                 self.lamps.place(seen.scene, seen.pose, &self.ground.desc.grid, self.settings.lights.lamp_points);
-            self.placed_lamps = (placed.pieces.len() as u32, !placed.nodes.is_empty());
+            self.placed_lamps = placed.sums();
             r.update(&self.ground.lamps, 0, &placed.pieces);
             r.update(&self.ground.lamp_nodes, 0, &placed.nodes);
         }

@@ -2,6 +2,8 @@
 
 #include "common/numbers.glsl"
 
+const float MIN_ALPHA = 1e-3; // roughness 0.03: a mirror's highlight of a point light has no finite value
+
 // A normal among those that v sees, both in the frame about the surface's normal, with density G1(v) D(h) (v·h) / v.z
 // (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023).
 // `alpha`: along the frame's x and y.

@@ -5,8 +5,6 @@
 #include "ground/surface.glsl"
 #include "ground/layers.glsl"
 
-const float MIN_ALPHA = 1e-3; // roughness 0.03: a mirror's highlight of a point light has no finite value
-
 // A voxel has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent
 // evenly.
 const float MEAN_COSINE = 0.6666667;
@@ -72,6 +70,15 @@ Brdf brdf(Surface s, vec3 v, vec3 l) {
 // which finds all of it in what is smooth, where points miss the lobe.
 float lamps_in_lobe(float roughness) {
     return smoothstep(0.15, 0.35, roughness);
+}
+
+// The α of a surface's narrowest specular lobe; 1 if it has none.
+float narrowest_alpha(Surface s) {
+    float roughness = feature(FEATURE_SPECULAR) ? s.roughness : 1.0;
+    if (feature(FEATURE_CLEARCOAT)) {
+        roughness = min(roughness, s.finish.coat > 0.0 ? s.finish.coat_roughness : 1.0);
+    }
+    return roughness * roughness;
 }
 
 // BRDF × cos θ. `mirrored`: single rays find the light in what is smooth.
@@ -149,7 +156,12 @@ Surface under_layers(Surface s, Viewed v) {
     return s;
 }
 
+// The lobes of the coat alone.
+Lobes coat_lobes(Lobes lobes) {
+    return Lobes(vec3(lobes.coat), 0.0, 0.0, vec3(0.0), 0.0);
+}
+
 // The coat alone, as the same viewer sees it.
 Viewed coat_viewed(Viewed v) {
-    return Viewed(v.view, Lobes(vec3(v.lobes.coat), 0.0, 0.0, vec3(0.0), 0.0), v.back, v.bend, v.gathered);
+    return Viewed(v.view, coat_lobes(v.lobes), v.back, v.bend, v.gathered);
 }

@@ -1,4 +1,6 @@
 // Light of sampled lamps on a surface (lights.lamps = sampled), as seen by a viewer.
+// A method whose rays find a part of what lobes mirror of lamps defines METHOD_LAMP_SHARES and method_lamp_shares()
+// before this file.
 
 #include "ground/brdf.glsl"
 #include "common/refraction.glsl"
@@ -6,7 +8,7 @@
 
 struct LampLight {
     vec3 diffuse; // irradiance / π
-    vec3 specular; // radiance; of smooth surfaces only a part: see lamps_in_lobe
+    vec3 specular; // radiance: the share that points on lamps find
     float open; // share of the irradiance that no shadow takes
 };
 
@@ -14,12 +16,18 @@ LampLight no_lamp_light() {
     return LampLight(vec3(0.0), vec3(0.0), 1.0);
 }
 
+#ifndef METHOD_LAMP_SHARES
+vec2 method_lamp_shares(Surface s, Lobes lobes, vec3 view, LampPoint to) {
+    return vec2(lamps_in_lobe(s.roughness), lamps_in_lobe(s.finish.coat_roughness));
+}
+#endif
+
 LampLight lamp_light(Surface s, vec3 view) {
+    Lobes lobes = lobes_towards(s, view);
     vec2 random = place_random(s.position);
     LampLight sum = no_lamp_light();
     float lit = 0.0;
     float unshadowed = 0.0;
-    vec3 over = vec3(0.0);
     for (uint i = 0u; i < lamp_points(); i++) {
         LampPoint to = sample_lamp(i, s.position, s.normal, random);
         if (any(greaterThan(to.irradiance, vec3(0.0)))) {
@@ -29,16 +37,13 @@ LampLight lamp_light(Surface s, vec3 view) {
             unshadowed += brightest(to.irradiance);
             if (feature(FEATURE_SPECULAR)) {
                 Brdf f = brdf(s, view, normalize(to.point - s.position));
-                sum.specular += arriving * f.specular;
+                vec2 shares = method_lamp_shares(s, lobes, view, to);
+                sum.specular += shares.x * arriving * f.specular;
                 if (feature(FEATURE_LAYERS)) {
-                    over += arriving * (f.sheen + lamps_in_lobe(s.finish.coat_roughness) * f.coat);
+                    sum.specular += arriving * (f.sheen + shares.y * f.coat);
                 }
             }
         }
-    }
-    sum.specular *= lamps_in_lobe(s.roughness);
-    if (feature(FEATURE_LAYERS)) {
-        sum.specular += over;
     }
     sum.open = unshadowed > 0.0 ? lit / unshadowed : 1.0;
     return sum;

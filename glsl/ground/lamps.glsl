@@ -8,6 +8,9 @@
 struct LampPoint {
     vec3 point; // voxels
     vec3 irradiance; // what the piece stands for would give a surface with that normal, if nothing stood between
+    float here; // the irradiance if all of the piece were seen as its part about the point is, over that of the piece
+    vec3 normal; // unit, of the piece's front
+    float shine; // of the piece
 };
 
 // Irradiance over radiance from the front of triangle abc at the origin, on a surface with unit normal n: Lambert's sum
@@ -116,6 +119,7 @@ LampPoint sample_lamp(uint i, vec3 position, vec3 normal, vec2 random) {
     uint chosen = 0u;
     vec3 chosen_irradiance = vec3(0.0);
     float chosen_weight = 0.0;
+    float chosen_seen = 0.0;
     float total = 0.0;
     float most = 0.0;
     float choice = fract(random.y + 0.6180339887 * float(i));
@@ -136,6 +140,7 @@ LampPoint sample_lamp(uint i, vec3 position, vec3 normal, vec2 random) {
         chosen = taken ? candidate.index : chosen;
         chosen_irradiance = taken ? irradiance : chosen_irradiance;
         chosen_weight = taken ? weight : chosen_weight;
+        chosen_seen = taken ? seen : chosen_seen;
     }
     Lamp e = lamps[chosen];
     // The R2 sequence (Roberts, 2018), shifted by the place.
@@ -144,5 +149,12 @@ LampPoint sample_lamp(uint i, vec3 position, vec3 normal, vec2 random) {
     LampPoint s;
     s.point = mix(e.a, mix(e.b, e.c, r.y), root);
     s.irradiance = chosen_weight > 0.0 ? chosen_irradiance * (min(total, most) / chosen_weight) : vec3(0.0);
+    vec3 front = cross(e.b - e.a, e.c - e.a);
+    vec3 to = s.point - position;
+    float distance2 = dot(to, to);
+    float cosines = max(dot(to, normal), 0.0) * (e.two_sided != 0u ? abs(dot(to, front)) : max(-dot(to, front), 0.0));
+    s.here = chosen_seen > 0.0 ? 0.5 * cosines / (distance2 * distance2 * chosen_seen) : 0.0;
+    s.normal = normalize(front);
+    s.shine = e.shine;
     return s;
 }

@@ -130,6 +130,7 @@ struct Lamp {
     vec3 c;
     vec3 radiance;
     uint two_sided;
+    float shine; // of its material: see frame.lamp_shine
 };
 
 // A sphere about neighbouring pieces, what they send together, and a cone about their normals.
@@ -167,6 +168,7 @@ struct Frame {
     uint samples;
     uint lamp_count;
     uint lamp_tree; // 1: pieces are chosen through the tree; 0: each as often
+    float lamp_shine; // the brightest channel of every piece's emission without textures × its area, voxels², summed
     uint light_pass; // which of the passes whose mean is kept lights the list items
     vec3 sky_gradient; // radiance: how much brighter the sky is straight up than at its middle
     float light_share; // of the newest pass in that mean; 1: all

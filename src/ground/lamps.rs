@@ -28,6 +28,8 @@ struct Piece {
     instance: usize,
     corners: [Vec3; 3],
     radiance: Vec3,
+    /// See [`layout::Lamp`].
+    shine: f32,
     two_sided: bool,
     /// Of a mesh that deforms: the vertices of the triangle that it is a part of, and the weights of these at its corners.
     of: Option<([u32; 3], [Vec3; 3])>,
@@ -58,6 +60,7 @@ impl Lamps {
                     of: mesh.deform.is_some().then_some((vertices, corners)),
                     corners: corners.map(|w| lamp.position(w)),
                     radiance,
+                    shine: scene.materials[mesh.material].emissive.max_element(),
                     two_sided: scene.materials[mesh.material].double_sided,
                 }));
             }
@@ -107,6 +110,27 @@ pub struct PlacedLamps {
     pub pieces: Vec<layout::Lamp>,
     /// The root at 1, the halves of node n at 2n and 2n + 1, a node of one piece has none; empty where pieces are few.
     pub nodes: Vec<layout::LampNode>,
+}
+
+/// Placed lamps, as every shader of a frame knows them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LampSums {
+    pub count: u32,
+    /// Whether pieces are chosen through the tree.
+    pub tree: bool,
+    /// See `lamp_shine` of `glsl/ground/layout.glsl`.
+    pub shine: f32,
+}
+
+impl PlacedLamps {
+    pub fn sums(&self) -> LampSums {
+        let shine = |lamp: &layout::Lamp| {
+            let [a, b, c] = [lamp.a, lamp.b, lamp.c].map(Vec3::from_array);
+            (b - a).cross(c - a).length() / 2.0 * lamp.shine
+        };
+        let shine = self.pieces.iter().map(shine).sum();
+        LampSums { count: self.pieces.len() as u32, tree: !self.nodes.is_empty(), shine }
+    }
 }
 
 /// Nodes of a tree over so many pieces.
@@ -241,6 +265,7 @@ fn quarters([a, b, c]: [Vec3; 3]) -> [[Vec3; 3]; 4] {
 struct Placed {
     corners: [DVec3; 3],
     radiance: Vec3,
+    shine: f32,
     two_sided: bool,
 }
 
@@ -249,12 +274,13 @@ impl Placed {
         let [a, b, c] = piece.corners.map(|p| voxel_from_object.transform_point3(p.as_dvec3()));
         // A mirrored instance keeps its front.
         let corners = if voxel_from_object.matrix3.determinant() < 0.0 { [a, c, b] } else { [a, b, c] };
-        Self { corners, radiance: piece.radiance, two_sided: piece.two_sided }
+        Self { corners, radiance: piece.radiance, shine: piece.shine, two_sided: piece.two_sided }
     }
 
     fn record(&self) -> layout::Lamp {
         let [a, b, c] = self.corners.map(|corner| corner.as_vec3().to_array());
-        layout::Lamp { a, b, c, radiance: self.radiance.to_array(), two_sided: u32::from(self.two_sided) }
+        let (radiance, two_sided) = (self.radiance.to_array(), u32::from(self.two_sided));
+        layout::Lamp { a, b, c, radiance, two_sided, shine: self.shine }
     }
 
     /// Unit, of the front.
@@ -296,7 +322,7 @@ mod tests {
             let piece = |k: usize| {
                 let at = DVec3::new((k * 37 % 50) as f64, (k * 11 % 50) as f64, k as f64);
                 let corners = [at, at + DVec3::X, at + DVec3::Y * 2.0];
-                Placed { corners, radiance: Vec3::splat(1.0 + k as f32), two_sided: k.is_multiple_of(2) }
+                Placed { corners, radiance: Vec3::splat(1.0 + k as f32), shine: 1.0, two_sided: k.is_multiple_of(2) }
             };
             let placed = in_halves(&(0..count).map(piece).collect::<Vec<_>>());
             let nodes = tree(&placed);

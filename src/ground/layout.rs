@@ -61,7 +61,7 @@ shared! {
     }
 
     /// A piece of an emissive triangle, evenly bright; positions in voxels.
-    Lamp { a: [f32; 3], b: [f32; 3], c: [f32; 3], radiance: [f32; 3], two_sided: u32 }
+    Lamp { a: [f32; 3], b: [f32; 3], c: [f32; 3], radiance: [f32; 3], two_sided: u32, shine: f32 }
 
     /// A sphere about neighbouring pieces, voxels, a cone about their normals, and what they send together, up to a factor.
     LampNode { center: [f32; 3], radius: f32, axis: [f32; 3], spread_cosine: f32, power: f32 }
@@ -78,7 +78,7 @@ shared! {
         down_per_ndc: [f32; 3], light_count: u32,
         sky: [f32; 3], turn: u32,
         image_size: [f32; 2], samples: u32,
-        lamp_count: u32, lamp_tree: u32, light_pass: u32, sky_gradient: [f32; 3],
+        lamp_count: u32, lamp_tree: u32, lamp_shine: f32, light_pass: u32, sky_gradient: [f32; 3],
         light_share: f32,
         sky_scale: f32, sky_most: f32, sky_width: i32, sky_height: i32, sky_levels: u32, sky_octaves: f32, sky_turn: f32,
         image_shift: [f32; 2], ndc_shift: [f32; 2],

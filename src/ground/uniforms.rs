@@ -5,6 +5,7 @@ use glam::{DMat4, DVec2, DVec3, Vec3};
 
 use super::boxes::MOST_BOXES;
 use super::grid::Grid;
+use super::lamps::LampSums;
 use super::layout;
 use crate::scene::{LightKind, Pose, Projection, Scene, View};
 
@@ -24,8 +25,7 @@ pub struct FrameUniforms<'a> {
     pub samples: u32,
     /// The time within the animation in seconds.
     pub time_s: f64,
-    /// Pieces of lamps, and whether they are chosen through the tree.
-    pub lamps: (u32, bool),
+    pub lamps: LampSums,
     /// Which of the passes whose mean is kept lights the list items.
     pub light_pass: u32,
     /// How much of the mean is that pass's.
@@ -58,8 +58,9 @@ impl FrameUniforms<'_> {
             turn: turn_at(self.time_s),
             image_size: [self.size.0 as f32, self.size.1 as f32],
             samples: self.samples,
-            lamp_count: self.lamps.0,
-            lamp_tree: u32::from(self.lamps.1),
+            lamp_count: self.lamps.count,
+            lamp_tree: u32::from(self.lamps.tree),
+            lamp_shine: self.lamps.shine,
             light_pass: self.light_pass,
             sky_gradient: self.scene.sky_gradient.into(),
             light_share: self.light_share,

@@ -309,7 +309,9 @@ fn signals_end_a_long_frame_soon() {
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gallery.glb");
     let before = names(folder.path());
     for (signal, code) in [("-TERM", 143), ("-HUP", 129), ("-INT", 130)] {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
+        // A program begins with the signals ignored that its caller ignores, as `nohup` and jobs in the background do.
+        let mut command = Command::new("env");
+        command.args(["--default-signal", env!("CARGO_BIN_EXE_twobounce")]);
         command.args(["render", scene, "-o", "a.png", "--size", "4096x4096", "--preset", "accurate"]);
         let mut child =
             command.current_dir(folder.path()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();

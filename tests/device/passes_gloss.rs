@@ -310,3 +310,54 @@ fn a_rough_floor_sends_grazing_light_onwards() {
     // The reference's noise, and few bits of direction and roughness.
     assert!((energy - 1.0).abs() < 0.03, "{energy}");
 }
+
+/// A floor with that roughness, as a dielectric or a metal, and a square lamp of half a metre a metre above it.
+fn lamp_above_a_floor(roughness: f32, metallic: f32) -> Scene {
+    let mut scene = Scene::empty("a lamp above a floor");
+    let floor = Material { roughness, metallic, specular: 1.0, ..Material::lambert("floor", Vec3::splat(0.5)) };
+    let lamp = Material { emissive: Vec3::splat(10.0), ..Material::lambert("lamp", Vec3::ZERO) };
+    let quads = [
+        (floor, Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0),
+        (lamp, Vec3::new(-0.25, 1.0, -0.25), Vec3::X * 0.5, Vec3::Z * 0.5),
+    ];
+    for (material, corner, u, v) in quads {
+        let material = scene.add_material(material);
+        scene.add_mesh(Mesh::quad("quad", material, corner, u, v), DAffine3::IDENTITY);
+    }
+    let (eye, target) = (DVec3::new(0.0, 1.2, 2.4), DVec3::new(0.0, 0.0, 0.6));
+    scene.add_camera(&View::look_at(eye, target, DVec3::Y, 40f32.to_radians()));
+    scene
+}
+
+/// Points on lamps and rays of the lobe find a lamp's reflection together: none of it twice, none lost, and no pixel far too bright.
+#[test]
+fn a_lamps_reflection_in_a_floor_is_whole_and_without_sparks() {
+    // More where a pixel has one ray for a narrow lobe, and on a metal, which has nothing gathered.
+    for (roughness, metallic, most) in [(0.1, 0.0, 3.0), (0.2, 0.0, 2.5), (0.2, 1.0, 3.0), (0.5, 1.0, 2.5)] {
+        let scene = lamp_above_a_floor(roughness, metallic);
+        let (view, stop) = (view(&scene), Stop::Samples(1024));
+        let options = Options { width: SIZE, height: SIZE, depth: Depth::Bounces(0), stop, seed: 0, occlusion: false };
+        let truth = film(&scene, &view, &options).layers(&[Aov::Direct]);
+        let direct = |changes: &[&str]| {
+            let mut settings = Settings::default();
+            ["voxels=32", "bounces=1"].iter().chain(changes).for_each(|c| settings.set(c).expect("a setting"));
+            image(&scene, &settings).get(Aov::Direct).expect("asked for").to_vec()
+        };
+        let truth = truth.get(Aov::Direct).expect("asked for");
+        let ratio = |image: &[[f32; 3]], i: usize| f64::from(image[i][1]) / f64::from(truth[i][1]);
+        // Beside the lamp itself and dark places, where few paths say what is true.
+        let median = {
+            let mut all: Vec<f32> = truth.iter().map(|p| p[1]).collect();
+            all.sort_by(f32::total_cmp);
+            all[all.len() / 2]
+        };
+        let counts: Vec<usize> = (0..truth.len()).filter(|i| truth[*i][1] > 0.1 * median).collect();
+        let one = direct(&[]);
+        let worst = counts.iter().map(|i| ratio(&one, *i)).fold(0.0, f64::max);
+        let sum = |image: &[[f32; 3]]| counts.iter().map(|i| f64::from(image[*i][1])).sum::<f64>();
+        let energy = sum(&direct(&["image.passes=16"])) / sum(truth);
+        println!("roughness {roughness}, metallic {metallic}: worst {worst:.3}, energy {energy:.4}");
+        assert!(worst < most, "roughness {roughness}, metallic {metallic}: a pixel is {worst:.2} times too bright");
+        assert!((energy - 1.0).abs() < 0.02, "roughness {roughness}, metallic {metallic}: {energy}");
+    }
+}

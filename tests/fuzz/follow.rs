@@ -76,10 +76,10 @@ fn device(Still { scene, pose, view }: Still, settings: &Settings) {
     for_camera(settings, Still::new(scene, pose, view), bounds);
     let Ok(grid) = Grid::place(bounds, settings) else { return };
     expected_items(scene, &pose.world_from_instance, &grid);
-    Lamps::new(scene).place(scene, pose, &grid, settings.lights.lamp_points);
+    let lamps = Lamps::new(scene).place(scene, pose, &grid, settings.lights.lamp_points).sums();
     uniforms::lights(scene, pose, &grid);
     let scale = radiance_scale(scene, grid.voxel_m, settings.bounces);
-    let (size, lamps) = ((4, 4), (0, false));
+    let size = (4, 4);
     FrameUniforms {
         scene,
         view,

@@ -25,6 +25,11 @@ pub fn change(random: &mut Random, ending: &str, file: &[u8], other: &[u8]) -> V
                 return document.to_string().into_bytes();
             }
         }
+        "toml" | "row" | "outline" if !plain && random.below(2) == 0 => {
+            if let Some(changed) = toml_text(random, file) {
+                return changed;
+            }
+        }
         _ => {}
     }
     let all = 0..out.len();
@@ -34,9 +39,17 @@ pub fn change(random: &mut Random, ending: &str, file: &[u8], other: &[u8]) -> V
     match ending {
         "png" if !plain => mend_png(&mut out),
         "film" if !plain => mend_film(&mut out),
+        "part" if !plain => mend_part(&mut out),
         _ => {}
     }
     out
+}
+
+/// Changes names and values of a TOML text; `None` where the result is none.
+fn toml_text(random: &mut Random, file: &[u8]) -> Option<Vec<u8>> {
+    let mut document: Value = toml::from_str(std::str::from_utf8(file).ok()?).ok()?;
+    json::change(random, &mut document);
+    toml::to_string(&document).ok().map(String::into_bytes)
 }
 
 /// Changes the document, what a buffer view holds, or any byte of the binary chunk.
@@ -122,5 +135,13 @@ fn crc(bytes: &[u8]) -> u32 {
 fn mend_film(film: &mut [u8]) {
     if let Some((content, hash)) = film.split_last_chunk_mut::<32>() {
         *hash = *blake3::hash(content).as_bytes();
+    }
+}
+
+/// A part of a film holds its film behind the length of a text and the text.
+fn mend_part(part: &mut [u8]) {
+    let length = part.get(8..12).and_then(|bytes| bytes.try_into().ok()).map_or(0, u32::from_le_bytes) as usize;
+    if let Some(film) = part.get_mut(length.saturating_add(12)..) {
+        mend_film(film);
     }
 }

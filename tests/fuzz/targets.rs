@@ -6,7 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::Vec3;
 use twobounce::Error;
 use twobounce::chart::export::Chart;
+use twobounce::chart::outline::Outline;
 use twobounce::chart::row::Row;
+use twobounce::lab::merge::merge;
 use twobounce::lab::store::{Store, Stored};
 use twobounce::layers::Layers;
 use twobounce::measure::metrics;
@@ -15,6 +17,7 @@ use twobounce::measure::terms::Subtract;
 use twobounce::memory::Limit;
 use twobounce::output::exr::Metadata;
 use twobounce::reference::cache::Cache;
+use twobounce::reference::part::Part;
 use twobounce::reference::{Depth, Options, Progress, Stop};
 use twobounce::scene::{LoadOptions, Scene, Still, View, sky};
 use twobounce::settings::Settings;
@@ -49,19 +52,25 @@ pub struct Input<'a> {
 /// Result of a file in words that change when something new happens, or why it was refused.
 pub type Outcome = Result<String, String>;
 
-pub const TARGETS: [Target; 7] = [
+pub const TARGETS: [Target; 10] = [
     Target { name: "scene", endings: &["glb", "gltf"], share: 10, names_file: true, run: scene },
+    Target { name: "stream", endings: &["stream.glb"], share: 2, names_file: true, run: scene },
     Target { name: "texture", endings: &["png", "jpg", "webp", "ktx2"], share: 4, names_file: true, run: texture },
     Target { name: "map", endings: &["hdr", "exr"], share: 2, names_file: true, run: map },
     Target { name: "settings", endings: &["toml"], share: 1, names_file: false, run: settings },
     Target { name: "table", endings: &["csv"], share: 1, names_file: false, run: table },
     Target { name: "row", endings: &["row"], share: 1, names_file: false, run: row },
     Target { name: "film", endings: &["film"], share: 1, names_file: false, run: film },
+    Target { name: "outline", endings: &["outline"], share: 1, names_file: false, run: outline },
+    Target { name: "part", endings: &["part"], share: 1, names_file: false, run: part },
 ];
 
 /// The target of a file.
 pub fn of(path: &Path) -> Option<usize> {
     let ending = path.extension()?.to_str()?;
+    let name = path.file_name()?.to_str()?;
+    let streams = ["draco", "meshopt"].iter().any(|format| name.contains(format));
+    let ending = if streams && ending == "glb" { "stream.glb" } else { ending };
     TARGETS.iter().position(|target| target.endings.contains(&ending))
 }
 
@@ -158,19 +167,64 @@ fn table(input: &Input) -> Outcome {
     markdown::page(text).map(|page| format!("{} lines", page.lines().count()))
 }
 
-/// A row of a chart that an earlier run kept. A damaged one is measured again.
+/// The whole files of a chart's folder, beside which damaged ones are put.
+const ROW: &[u8] = include_bytes!("corpus/kept.row");
+const OUTLINE: &[u8] = include_bytes!("corpus/kept.outline");
+
+/// Makes a chart's folder of an outline and a row.
+fn chart_folder(folder: &Path, outline: &[u8], row: &[u8]) -> Result<(), String> {
+    let text = |e: std::io::Error| e.to_string();
+    std::fs::create_dir_all(folder.join("rows")).map_err(text)?;
+    let mark = "Made by `twobounce chart`, which rewrites everything here and continues with the rows in rows/.\n";
+    let files: [(&str, &[u8]); 3] = [("chart.txt", mark.as_bytes()), ("outline.toml", outline), ("rows/key.toml", row)];
+    files.iter().try_for_each(|(name, bytes)| std::fs::write(folder.join(name), bytes)).map_err(text)
+}
+
+thread_local! {
+    // Opening a store reads the whole program.
+    static MERGED: std::cell::RefCell<Option<Store<Row>>> = const { std::cell::RefCell::new(None) };
+}
+
+/// Merges the folder of a chart's part with a whole one, as `twobounce merge` does, and makes the chart's files.
+fn merged(input: &Input, outline: &[u8], row: &[u8]) -> Outcome {
+    let folders = ["damaged", "whole"].map(|name| input.folder.join(name));
+    chart_folder(&folders[0], outline, row)?;
+    chart_folder(&folders[1], OUTLINE, ROW)?;
+    let folders = [folders[0].as_path(), folders[1].as_path()];
+    let mut outline = Outline::load(folders[0]).map_err(|e| e.to_string())?;
+    outline.unite(Outline::load(folders[1]).map_err(|e| e.to_string())?)?;
+    let order: Vec<String> = outline.rows.iter().map(|row| row.address.clone()).collect();
+    let order: Vec<&str> = order.iter().map(String::as_str).collect();
+    let merged = merge::<Row>(&folders, &order).map_err(|e| e.to_string())?;
+    let shape = format!("{} rows, {} twice, {} missing", merged.rows.len(), merged.twice, merged.missing);
+    MERGED.with_borrow_mut(|store| {
+        let output = input.folder.join("merged");
+        let store = store.get_or_insert_with(|| Store::open(&output, true).expect("the folder is a chart's"));
+        merged.save(store).map_err(|e| e.to_string())?;
+        let chart = Chart { outline, rows: merged.rows, planned: 2, with_history: true, ..Chart::default() };
+        chart.write(store).map_err(|e| e.to_string())?;
+        // Its own rows and history would count in the next merge.
+        for folder in ["rows", "history"] {
+            let _ = std::fs::remove_dir_all(output.join(folder));
+        }
+        Ok(shape)
+    })
+}
+
+/// The description of a chart in a folder that is merged.
+fn outline(input: &Input) -> Outcome {
+    merged(input, input.bytes, ROW)
+}
+
+/// A row of a chart that an earlier run kept, in the folder that a chart goes on with or in one that is merged. A damaged one is left out.
 fn row(input: &Input) -> Outcome {
-    let folder = input.folder.join("chart");
-    let rows = folder.join("rows");
-    if !rows.exists() {
-        std::fs::create_dir_all(&rows).map_err(|e| e.to_string())?;
-        let mark = "Made by `twobounce chart`, which rewrites everything here and continues with the rows in rows/.\n";
-        std::fs::write(folder.join("chart.txt"), mark).map_err(|e| e.to_string())?;
+    if input.choice & 1 == 0 {
+        return merged(input, OUTLINE, input.bytes);
     }
-    std::fs::write(rows.join("key.toml"), input.bytes).map_err(|e| e.to_string())?;
+    let folder = input.folder.join("chart");
+    chart_folder(&folder, OUTLINE, input.bytes)?;
     thread_local! { static STORE: std::cell::RefCell<Option<Store<Row>>> = const { std::cell::RefCell::new(None) } }
     let stored: Option<Stored<Row>> = STORE.with_borrow_mut(|store| {
-        // Opening one reads the whole program.
         let store = store.get_or_insert_with(|| Store::open(&folder, true).expect("the folder is a chart's"));
         store.load("key")
     });
@@ -181,6 +235,26 @@ fn row(input: &Input) -> Outcome {
     twobounce::chart::svg::chart(&panels, 2);
     twobounce::chart::page::html(&chart, &[]);
     Ok(format!("{lines} lines"))
+}
+
+/// Some of the samples of a reference, alone and with the samples that follow.
+fn part(input: &Input) -> Outcome {
+    let damaged = Part::read(input.path).map_err(|e| e.to_string())?;
+    let whole = Part::decode(include_bytes!("corpus/second.part")).expect("the corpus holds a whole one");
+    let mut shape = format!("{} {}", damaged.samples(), damaged.about.layers.len());
+    let (image, header) = damaged.image();
+    let copy = input.path.with_file_name("copy.exr");
+    image.write_exr(&copy, &header).map_err(|e| e.to_string())?;
+    match Part::merge(vec![("damaged".into(), damaged), ("whole".into(), whole)]) {
+        Ok(both) => {
+            both.write(&copy.with_extension("part")).map_err(|e| e.to_string())?;
+            both.image().0.write_exr(&copy, &both.image().1).map_err(|e| e.to_string())?;
+            shape += " and the rest";
+        }
+        Err(e) if wrong_sentence(&e.to_string(), None).is_some() => return Err(e.to_string()),
+        Err(_) => {}
+    }
+    Ok(shape)
 }
 
 /// A film that an earlier run kept, of [`film_of`]. A damaged one is traced again.

@@ -6,6 +6,7 @@
 #include "ground/brdf.glsl"
 #include "ground/sky.glsl"
 #include "gi/rays/ray_light.glsl"
+#include "gi/rays/lobe_rays.glsl"
 
 // Surfaces that let a part of the light pass, of those that one ray meets.
 const uint MOST_INTERFACES = 64u;
@@ -28,7 +29,7 @@ vec3 texture_detail(Met met, Material m, vec3 at, float width) {
 
 struct Seen {
     vec3 light; // stored radiance, the sky behind it included
-    vec3 lamps; // radiance of sampled lamps, which the volume does not hold
+    vec3 lamps; // radiance of sampled lamps, which list items do not hold: the rays' share
 };
 
 // Cosine on the side of air of light that meets a surface under the cosine c; −1: it is reflected totally.
@@ -68,8 +69,10 @@ vec3 go_on_mirrored(Surface s, inout vec3 d) {
 // reflects totally, and dims by Beer's law over the way between; what it reflects else is taken to be as bright as what
 // is seen through it. `aperture`: tangent of the half angle that the ray stands for; `bright`: as for sky_about, and of
 // mirrors the share that it shows sharply. Nothing is seen unless it `sends`. `views`: the ray goes on as the view
-// came, and to the view backs that have no side are not there. `mirrors`: between the eye and there.
-Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright, bool sends, bool views, uint mirrors) {
+// came, and to the view backs that have no side are not there. `mirrors`: between the eye and there. `rays`: that look
+// like it, per steradian; where points on lamps find their light too.
+Seen look_along(
+    vec3 position, vec3 facet, vec3 d, float aperture, float bright, bool sends, bool views, uint mirrors, float rays) {
     Seen seen = Seen(vec3(0.0), vec3(0.0));
     vec3 origin = ray_start(position, facet, d);
     vec3 through = vec3(1.0);
@@ -106,7 +109,8 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         seen.light += through * sent * stays;
         vec3 emitted = through * (met.dark || s.unlit ? 0.0 : s.opacity) * s.emitted;
         if (mirrors < 2u) {
-            seen.lamps += emitted;
+            float points = lamp_points_about(brightest(m.emissive), met.normal, way * d);
+            seen.lamps += emitted * share_of(rays, points);
         } else if (LAMPS == LAMPS_SAMPLED) {
             seen.light += emitted * frame.scale; // its light came by a bounce
         }
@@ -140,22 +144,8 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
     return seen;
 }
 
-// Rays for a lobe that sends the share `weight` of what it meets: a faint one is worth fewer.
-uint lobe_ray_count(float alpha, float weight) {
-    return alpha < MIN_ALPHA ? 1u : clamp(uint(ceil(weight * float(LOBE_RAYS))), 1u, LOBE_RAYS);
-}
-
-// The share of a lobe's light that the gathered light stands for. Where a lobe is weak, the few rays that it is worth
-// would now and then meet a bright spot; the gathered light has more directions in it, down to a roughness of about .2.
-// Below that edges would be lost.
-float gathered_share(Surface s, Lobes lobes) {
-    float weak = 1.0 - smoothstep(0.15, 0.3, brightest(lobes.specular));
-    return any(greaterThan(s.diffuse, vec3(0.0))) ? weak * smoothstep(0.2, 0.4, s.roughness) : 0.0;
-}
-
-// `mirrored_lamps`: the share of lamps that rays are to find in what is mirrored. A smooth surface's ray goes the
-// mirror's way, a rough one's go by GGX's visible normals.
-Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
+// A smooth surface's ray goes the mirror's way, a rough one's go by GGX's visible normals.
+Outgoing look_in_lobes(Surface s, Viewed viewed) {
     Outgoing sum = Outgoing(vec3(0.0), vec3(0.0));
     vec3 view = viewed.view;
     Lobes lobes = viewed.lobes;
@@ -177,8 +167,7 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
     }
     vec3 v = view * basis;
     vec2 shift = place_random(s.position);
-    float strongest = by_rays * brightest(lobes.specular);
-    uint mirrored = mirrors ? lobe_ray_count(alpha, inside ? 1.0 : strongest) : 0u;
+    uint mirrored = mirrors ? inside ? lobe_ray_count(alpha, 1.0) : mirrored_rays(s, lobes) : 0u;
     uint transmitted = transmits ? lobe_ray_count(alpha, s.transmission) : 0u;
     float aperture = ggx_aperture(s.roughness);
     for (uint i = 0u; i < mirrored + transmitted; i++) {
@@ -200,7 +189,7 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
             d = thin ? vec3(mirror.xy, -mirror.z) : dot(refracted, refracted) > 0.25 ? normalize(refracted) : vec3(0.0);
         }
         float masking = smooth_lobe ? 1.0 : is_brushed(s) ? lobe_masking(alphas, d) : lobe_masking(alpha, abs(d.z));
-        vec3 weight = reflects ? fresnel * (by_rays * masking) : s.albedo * (s.transmission * left * masking);
+        vec3 weight = reflects ? fresnel * masking : s.albedo * (s.transmission * left * masking);
         weight /= float(count);
         d = basis * d;
         // Light that would have to come through the surface that mirrors it, or be refracted to the side it came from.
@@ -210,10 +199,10 @@ Outgoing look_in_lobes(Surface s, Viewed viewed, float mirrored_lamps) {
         float spread = reflects ? 2.0 * viewed.bend : 0.0;
         Seen seen = look_along(s.position, s.facet, d, length(vec2(spread, aperture / sqrt(float(count)))),
             reflects ? 1.0 - lamps_in_lobe(s.roughness) : 1.0, sends, !reflects && thin && smooth_lobe,
-            reflects ? 1u : 0u);
-        sum.indirect += weight * seen.light;
+            reflects ? 1u : 0u, reflects ? mirrored_rays_about(s, lobes, view, d) : SHARP);
+        sum.indirect += weight * (reflects ? by_rays : 1.0) * seen.light;
         if (LAMPS == LAMPS_SAMPLED) {
-            vec3 lamps = weight * (reflects ? mirrored_lamps : 1.0) * seen.lamps;
+            vec3 lamps = weight * seen.lamps;
             sum.direct += reflects || thin ? lamps : vec3(0.0);
             sum.indirect += reflects || thin ? vec3(0.0) : lamps * frame.scale;
         }

@@ -69,7 +69,7 @@ vec3 look_up_specular(Surface s) {
 }
 
 void add_glossy(inout Outgoing sent, Surface s, Viewed v) {
-    Outgoing found = look_in_lobes(s, v, 1.0 - lamps_in_lobe(s.roughness));
+    Outgoing found = look_in_lobes(s, v);
     sent.direct += found.direct;
     sent.indirect += found.indirect;
 }

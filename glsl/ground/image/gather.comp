@@ -30,7 +30,7 @@ layout(
     rgba32f) writeonly uniform image2D gathered_surfaces; // position, voxels; packed normal, −1 where nothing gathers
 layout(rgba16f) writeonly uniform image2D gathered_light; // E/π in stored radiance; open share of the hemisphere
 layout(rgba16f) writeonly uniform image2D gathered_lamps; // the same of sampled lamps; share that no shadow takes
-layout(rgba16f) writeonly uniform image2D gathered_lamps_specular; // stored radiance
+layout(rgba16f) writeonly uniform image2D gathered_lamps_specular; // stored radiance; α of the narrowest lobe
 #ifdef METHOD_GATHERS_LOBES
 layout(rgba16f) writeonly uniform image2D gathered_mirrored; // stored radiance, of the specular lobe
 #endif
@@ -80,6 +80,7 @@ void main() {
     vec4 light = vec4(0.0);
     vec3 mirrored = vec3(0.0);
     LampLight lamps = no_lamp_light();
+    float alpha = 1.0;
     // Loops, which a CPU device leaves early.
     for (uint i = 0u; i < min(id, 1u); i++) {
         uint triangle = (id - 1u) / 2u;
@@ -102,6 +103,7 @@ void main() {
 #endif
 #ifndef ASKS
             lamps = lamp_light(s, view);
+            alpha = narrowest_alpha(s);
 #endif
         }
     }
@@ -109,7 +111,7 @@ void main() {
 #ifndef ASKS
     imageStore(gathered_light, at, light);
     imageStore(gathered_lamps, at, vec4(min(lamps.diffuse * frame.scale, LARGEST_STORED), lamps.open));
-    imageStore(gathered_lamps_specular, at, vec4(min(lamps.specular * frame.scale, LARGEST_STORED), 0.0));
+    imageStore(gathered_lamps_specular, at, vec4(min(lamps.specular * frame.scale, LARGEST_STORED), alpha));
 #ifdef METHOD_GATHERS_LOBES
     if (feature(FEATURE_SPECULAR)) { // else there is no such image
         imageStore(gathered_mirrored, at, vec4(min(mirrored, LARGEST_STORED), 0.0));

@@ -12,11 +12,12 @@ struct Gathered {
     LampLight lamps;
     bool found;
     bool found_lamps; // for lamps; else a pixel looks for itself
+    bool found_lamp_lobes; // and for what lobes mirror of these
     vec3 mirrored; // stored radiance of the specular lobe, where a method gathers for it
 };
 
 Gathered nothing_gathered() {
-    return Gathered(vec4(0.0, 0.0, 0.0, 1.0), no_lamp_light(), false, false, vec3(0.0));
+    return Gathered(vec4(0.0, 0.0, 0.0, 1.0), no_lamp_light(), false, false, false, vec3(0.0));
 }
 
 #ifdef GATHERED
@@ -31,6 +32,8 @@ uniform sampler2D surfaces; // position, packed normal and links
 // Of the lamps' light that no shadow takes at gathered pixels about a pixel: at an edge of a shadow it differs by more.
 const float OPEN_APART = 0.25;
 const float LEAST_LIKENESS = 1e-3;
+// Of two places that may share what a lobe mirrors of lamps.
+const float MIRRORED_ALIKE = 0.5;
 // Gathered pixels beyond the four about a pixel that are looked at where none of these shows its surface.
 const int WIDER = 2;
 // Rows that a band gathers above and below its own, so that no neighbour is missing.
@@ -61,8 +64,9 @@ ivec2 on_ring(int ring, int k) {
 // The light of the gathered pixels about this one that lie on the same surface: of the four nearest, or, where these
 // show others, of those about them. At edges and among small triangles that is less noise than a few rays of the
 // pixel's own, and cheaper. Where something stands between the four, rays tell which pixels count. Lamps are left to
-// the pixel itself where the four show other surfaces too, or the edge of a shadow.
-Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal) {
+// the pixel itself where the four show other surfaces too, or the edge of a shadow; what a lobe of that α mirrors of
+// them also where the four look another way.
+Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal, float alpha) {
     uvec2 image = uvec2(frame.image_size);
     ivec2 size = ivec2((image + GATHER_SCALE - 1u) / GATHER_SCALE);
     ivec2 origin = ivec2(0, max(int(push.first_row / GATHER_SCALE) - int(GATHER_MARGIN), 0));
@@ -73,6 +77,7 @@ Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal) {
     sum.light = vec4(0.0);
     float total = 0.0;
     bool all_count = true;
+    float least_alike = 1.0;
     vec2 open = vec2(1.0, 0.0); // the least and the largest share of lamps that no shadow takes
     bool asks_rays = LINKED && !all_linked(corner - origin, size - origin);
     for (int ring = 0; ring <= WIDER && total <= LEAST_LIKENESS; ring++) {
@@ -95,7 +100,10 @@ Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal) {
                 vec4 of_lamps = texelFetch(shared_lamps, texel, 0);
                 sum.lamps.diffuse += weight * of_lamps.rgb;
                 open = weight > 0.0 ? vec2(min(open.x, of_lamps.w), max(open.y, of_lamps.w)) : open;
-                sum.lamps.specular += weight * texelFetch(shared_lamps_specular, texel, 0).rgb;
+                if (feature(FEATURE_SPECULAR) && weight > 0.0) {
+                    least_alike = min(least_alike, mirrored_alike(position, normal, there.xyz, other, alpha));
+                    sum.lamps.specular += weight * texelFetch(shared_lamps_specular, texel, 0).rgb;
+                }
             }
 #ifdef METHOD_GATHERS_LOBES
             if (feature(FEATURE_SPECULAR)) {
@@ -106,6 +114,7 @@ Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal) {
     }
     sum.found = total > LEAST_LIKENESS;
     sum.found_lamps = sum.found && all_count && open.y - open.x < OPEN_APART;
+    sum.found_lamp_lobes = sum.found_lamps && least_alike > MIRRORED_ALIKE;
     float mean = sum.found ? 1.0 / total : 0.0;
     sum.light *= mean;
     sum.mirrored *= mean;

@@ -1,5 +1,6 @@
 // Weights by which neighbouring places share gathered diffuse light. The includer declares `frame`.
 
+#include "common/lobe.glsl"
 #include "ground/boxes.glsl"
 
 // In voxels of a box of edge 64, whatever the box's: finer voxels must not share less.
@@ -15,6 +16,15 @@ float likeness(vec3 p, vec3 n, vec3 q, vec3 m) {
     facing *= facing;
     float near = 1.0 / (1.0 + dot(apart, apart) / (SHARED_REACH * SHARED_REACH));
     return facing * facing * near * max(1.0 - off_plane / SHARED_PLANE, 0.0);
+}
+
+// How alike the light of lamps is that two places mirror in lobes of that α. GGX's lobe falls off with the angle between
+// its middle and the half vector, which turns half as far as the mirror's way. In mirrors points on lamps find nothing.
+float mirrored_alike(vec3 p, vec3 n, vec3 q, vec3 m, float alpha) {
+    vec3 to_p = frame.orthographic != 0u ? frame.forward : normalize(p - frame.eye);
+    vec3 to_q = frame.orthographic != 0u ? frame.forward : normalize(q - frame.eye);
+    vec3 apart = reflect(to_p, n) - reflect(to_q, m);
+    return alpha < MIN_ALPHA ? 1.0 : exp(-0.25 * dot(apart, apart) / (alpha * alpha));
 }
 
 // A unit vector in 22 bits, exact as a float: an octahedron's map (Cigolle et al., "A Survey of Efficient

@@ -95,7 +95,7 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
     }
 #endif
 #ifdef GATHERED
-    Gathered gathered = gathered_nearby(pixel, s.position, s.normal);
+    Gathered gathered = gathered_nearby(pixel, s.position, s.normal, narrowest_alpha(s));
 #else
     Gathered gathered = nothing_gathered();
 #endif
@@ -105,7 +105,7 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
     // it.
     Outgoing through = Outgoing(vec3(0.0), vec3(0.0));
     uint near = lit && !gathered.found ? 1u : 0u;
-    uint near_lamps = lit && !gathered.found_lamps ? 1u : 0u;
+    uint near_lamps = lit && !(gathered.found_lamps && gathered.found_lamp_lobes) ? 1u : 0u;
     uint far = lit && sends_through(s) ? 1u : 0u;
     for (uint i = 0u; i < near_lamps + far; i++) {
         LampLight lamps = no_lamp_light();
@@ -113,6 +113,7 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
         lamps = lamp_light(i < near_lamps ? s : far_side(s), view);
 #endif
         if (i < near_lamps) {
+            lamps.diffuse = gathered.found_lamps ? gathered.lamps.diffuse : lamps.diffuse;
             gathered.lamps = lamps;
         } else {
             through.direct = lamps.diffuse;

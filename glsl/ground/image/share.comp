@@ -79,7 +79,9 @@ void main() {
     vec4 mirrored_sum = vec4(0.0);
     float total = 0.0;
     float lamp_total = 0.0;
+    float specular_total = 0.0;
     float open = LAMPS == LAMPS_SAMPLED ? texelFetch(lamps, at, 0).w : 1.0;
+    float alpha = LAMPS == LAMPS_SAMPLED ? texelFetch(lamps_specular, at, 0).w : 0.0;
     // The pixel's own row, those below it, those above it.
     uvec2 own_links = links_of_row(at, size);
     uvec2 links = own_links;
@@ -100,16 +102,20 @@ void main() {
             bool counts = all(greaterThanEqual(to, ivec2(0))) && all(lessThan(to, size)) && there.w >= 0.0
                 && (found & 1u << (x + REACH)) != 0u;
             float border = (abs(x) == REACH ? 0.5 : 1.0) * (abs(y) == REACH ? 0.5 : 1.0);
-            float weight =
-                counts ? border * likeness(here.xyz, normal, there.xyz, unpack_normal(max(there.w, 0.0))) : 0.0;
+            vec3 other = unpack_normal(max(there.w, 0.0));
+            float weight = counts ? border * likeness(here.xyz, normal, there.xyz, other) : 0.0;
             to = clamp(to, ivec2(0), size - 1);
             sum += weight * texelFetch(light, to, 0);
             if (LAMPS == LAMPS_SAMPLED) {
                 vec4 of_lamps = texelFetch(lamps, to, 0);
                 float alike = weight * open_alike(open, of_lamps.w);
                 lamp_sum += alike * of_lamps;
-                specular_sum += alike * texelFetch(lamps_specular, to, 0);
                 lamp_total += alike;
+                if (feature(FEATURE_SPECULAR)) {
+                    alike *= mirrored_alike(here.xyz, normal, there.xyz, other, alpha);
+                    specular_sum += alike * texelFetch(lamps_specular, to, 0);
+                    specular_total += alike;
+                }
             }
 #ifdef LOBES
             mirrored_sum += weight * texelFetch(mirrored, to, 0);
@@ -125,6 +131,7 @@ void main() {
     if (LAMPS == LAMPS_SAMPLED) {
         float lamp_mean = lamp_total > 0.0 ? 1.0 / lamp_total : 0.0;
         imageStore(shared_lamps, at, lamp_sum * lamp_mean);
-        imageStore(shared_lamps_specular, at, specular_sum * lamp_mean);
+        float specular_mean = specular_total > 0.0 ? 1.0 / specular_total : 0.0;
+        imageStore(shared_lamps_specular, at, vec4(specular_sum.rgb * specular_mean, alpha));
     }
 }

@@ -1,0 +1,74 @@
+// How many rays look along a specular lobe and how they are spread, and what of a lamp's light they are to find: the rest
+// is found by points on lamps. Both ways are weighed by the power heuristic with exponent 2 (Veach and Guibas,
+// "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995).
+
+#include "ground/brdf.glsl"
+#include "ground/lamps.glsl"
+
+// Rays for a lobe that sends the share `weight` of what it meets: a faint one is worth fewer.
+uint lobe_ray_count(float alpha, float weight) {
+    return alpha < MIN_ALPHA ? 1u : clamp(uint(ceil(weight * float(LOBE_RAYS))), 1u, LOBE_RAYS);
+}
+
+// The share of a lobe's light that the gathered light stands for. Where a lobe is weak, the few rays that it is worth
+// would now and then meet a bright spot; the gathered light has more directions in it, down to a roughness of about .2.
+// Below that edges would be lost.
+float gathered_share(Surface s, Lobes lobes) {
+    float weak = 1.0 - smoothstep(0.15, 0.3, brightest(lobes.specular));
+    return any(greaterThan(s.diffuse, vec3(0.0))) ? weak * smoothstep(0.2, 0.4, s.roughness) : 0.0;
+}
+
+// Rays for what a surface mirrors, seen from outside.
+uint mirrored_rays(Surface s, Lobes lobes) {
+    float by_rays = 1.0 - gathered_share(s, lobes);
+    bool mirrors = by_rays > 0.0 && any(greaterThan(lobes.specular, vec3(0.0)));
+    return mirrors ? lobe_ray_count(s.roughness * s.roughness, by_rays * brightest(lobes.specular)) : 0u;
+}
+
+const float SHARP = 1e15; // rays per steradian about a mirror's way
+
+// Those rays per steradian about unit l, as visible_normal spreads them; SHARP for a smooth surface.
+float mirrored_rays_about(Surface s, Lobes lobes, vec3 v, vec3 l) {
+    float alpha = s.roughness * s.roughness;
+    vec3 h = normalize(l + v);
+    float nl = max(dot(s.normal, l), 1e-6);
+    float nv = max(abs(dot(s.normal, v)), 1e-4);
+    float nh = clamp(dot(s.normal, h), 0.0, 1.0);
+    float spread = ggx_lobe(alpha, nh, nl, nv) * (nl / lobe_masking(alpha, nl));
+    if (is_brushed(s)) {
+        vec3 local = vec3(dot(l, s.finish.grain), dot(l, cross(s.normal, s.finish.grain)), nl);
+        vec2 alphas = vec2(s.finish.along, max(s.finish.across, MIN_ALPHA));
+        spread = brushed_lobe(s, v, l, h, nv, nl, nh) * (nl / max(lobe_masking(alphas, local), 1e-6));
+    }
+    return alpha < MIN_ALPHA ? SHARP : float(mirrored_rays(s, lobes)) * spread;
+}
+
+// Points on lamps per steradian, about one of that shine and facet normal that lies `way` from where it shines.
+float lamp_points_about(float shine, vec3 normal, vec3 way) {
+    float distance2 = dot(way, way);
+    float towards = max(abs(dot(way, normal)), 1e-6);
+    return float(LAMP_POINTS) * shine * distance2 * sqrt(distance2) / (towards * max(frame.lamp_shine, 1e-20));
+}
+
+// The share of a way to sample that has `own` samples per steradian where another one has `other`.
+float share_of(float own, float other) {
+    float ratio = own > 0.0 ? other / own : SHARP;
+    return 1.0 / (1.0 + ratio * ratio);
+}
+
+// The share of a lamp's light in the lobe that a point on it finds.
+float point_share(Surface s, Lobes lobes, vec3 view, vec3 position, LampPoint to) {
+    vec3 way = to.point - position;
+    float rays = mirrored_rays_about(s, lobes, view, normalize(way));
+    return rays > 0.0 ? to.here * share_of(lamp_points_about(to.shine, to.normal, way), rays) : 1.0;
+}
+
+#define METHOD_LAMP_SHARES
+// Of the specular lobe and of the coat's.
+vec2 method_lamp_shares(Surface s, Lobes lobes, vec3 view, LampPoint to) {
+    vec2 shares = vec2(point_share(s, lobes, view, s.position, to), 1.0);
+    if (feature(FEATURE_CLEARCOAT)) {
+        shares.y = point_share(coat_of(s), coat_lobes(lobes), view, s.position, to);
+    }
+    return shares;
+}

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::measure::{ChartScene, Images, same_depth};
 use super::row::{Row, Source};
+use crate::error::said;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics::NonFinite;
 use crate::measure::terms::{self, Subtract};
@@ -149,7 +150,7 @@ impl Named {
         let text = read::text(path, "list of imports")?;
         let file: File = toml::from_str(&text).map_err(|e| {
             let line = e.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
-            let said = e.message().replace('\n', " ");
+            let said = said(&e.message());
             Error::file(path, format!("line {line}: {said}; docs/usage.md shows a list of imports"))
         })?;
         let folder = path.parent().unwrap_or(Path::new(""));

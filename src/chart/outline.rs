@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::VERSION;
 use super::row::Row;
 use crate::lab::store::Store;
+use crate::error::said;
 use crate::output::file;
 use crate::{Error, Result};
 
@@ -80,7 +81,7 @@ impl Outline {
         let path = folder.join(FILE);
         let wrong = |why: String| Error::file(&path, format!("{why}; run `twobounce chart` there again"));
         let text = std::fs::read_to_string(&path).map_err(|e| wrong(format!("cannot be read: {e}")))?;
-        let outline: Self = toml::from_str(&text).map_err(|e| wrong(format!("is damaged: {}", e.message())))?;
+        let outline: Self = toml::from_str(&text).map_err(|e| wrong(format!("is damaged: {}", said(&e.message()))))?;
         if outline.version != VERSION {
             return Err(wrong(format!("is of format {}, not {VERSION}", outline.version)));
         }

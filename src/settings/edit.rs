@@ -202,7 +202,7 @@ fn check(key: &Key, value: &Value) -> Result<Value> {
             Range::Choice(names) => nearest_choice(&given, &names()),
             _ => value.as_str().and_then(|text| unquoted(key, text)).unwrap_or_default(),
         };
-        Error::Usage(format!("setting {:?} takes {}, not {given:?}{hint}", key.name, key.range))
+        Error::Usage(format!("setting {:?} takes {}, not {:?}{hint}", key.name, key.range, said(&given)))
     })
 }
 

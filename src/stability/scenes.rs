@@ -135,6 +135,33 @@ pub fn views_on_edge() -> [View; 5] {
     ]
 }
 
+/// A roof whose sides fall at such an angle, radians, from a ridge at the origin along z; a lamp on the left lights one side, and lies
+/// below the other's plane.
+pub fn roof(slope: f32) -> Stage {
+    let mut scene = Scene::empty("a roof");
+    let grey = add_plaster(&mut scene, [0.7; 3]);
+    let down = 0.6 * Vec3::new(slope.cos(), -slope.sin(), 0.0);
+    let along = Vec3::new(0.0, 0.0, 1.0);
+    scene.add_mesh(Mesh::quad("right", grey, -0.5 * along, along, down), DAffine3::IDENTITY);
+    let left = Vec3::new(-down.x, down.y, 0.0);
+    scene.add_mesh(Mesh::quad("left", grey, left - 0.5 * along, along, -left), DAffine3::IDENTITY);
+    let lamp = scene.add_material(Material::lamp("lamp", Vec3::splat(10.0)));
+    let high = Vec3::new(0.0, 0.6 * slope.tan(), 0.0);
+    let corner = Vec3::new(-0.8, 0.0, -0.3) - 0.5 * high;
+    scene.add_mesh(Mesh::quad("lamp", lamp, corner, high, Vec3::new(0.0, 0.0, 0.6)), DAffine3::IDENTITY);
+    Stage { scene, reach: 1.0, view: views_of_roof()[0] }
+}
+
+/// The views of [`roof`]: from above, from the dark side and from the lit one; from near and from afar.
+pub fn views_of_roof() -> [View; 4] {
+    [
+        view_of([0.01, 1.2, 0.3], [0.0, 0.0, 0.0], 50.0),
+        view_of([0.5, 0.7, 0.4], [0.0, 0.0, 0.0], 50.0),
+        view_of([-0.4, 0.9, 0.5], [0.0, 0.0, 0.0], 60.0),
+        view_of([0.1, 3.0, 0.5], [0.0, 0.0, 0.0], 20.0),
+    ]
+}
+
 /// With slats as wide as the gaps between them, and half as thick; metres.
 pub fn fenced(width: f64) -> Stage {
     let (mut stage, grey) = two_rooms();
@@ -154,8 +181,8 @@ pub fn fenced(width: f64) -> Stage {
 /// Half the height and the width of the doorway of [`doorway`], metres.
 pub const DOOR: [f32; 2] = [0.4, 0.2];
 
-/// With a wall of 0.1 m with a doorway, and a door of 0.06 m in it, which is the last instance and shut.
-pub fn doorway() -> Stage {
+/// With a wall of 0.1 m with a doorway, and a door of 0.06 m before it, which is the last instance and shut, at such a gap from the wall, m.
+pub fn doorway(gap: f64) -> Stage {
     let (mut stage, grey) = two_rooms();
     let ([high, wide], thick) = (DOOR, 0.05);
     let side = 0.5 * (0.5 - wide);
@@ -166,7 +193,7 @@ pub fn doorway() -> Stage {
     add_box(&mut stage.scene, grey, [thick, lintel, wide], at(0.0, f64::from(0.5 - lintel), 0.0));
     // It slides in front of the wall, on the dark side, and covers the doorway's edges.
     let half = [0.03, 0.5 - lintel + 0.02, wide + 0.02];
-    add_box(&mut stage.scene, grey, half, at(0.085, f64::from(-lintel), 0.0));
+    add_box(&mut stage.scene, grey, half, at(0.08 + gap, f64::from(-lintel), 0.0));
     stage
 }
 

@@ -3,6 +3,7 @@
 
 use crate::gpu;
 use crate::kinds;
+use crate::more;
 use crate::studio::asset;
 
 use twobounce::profile::audit::{Audit, PLACEHOLDER};
@@ -32,7 +33,8 @@ fn nothing_runs_or_is_taken_that_nothing_asks_for() {
     let presets = PRESETS.iter().map(|preset| (preset.name, vec![]));
     let others =
         [("fast", vec!["method=none"]), ("fast", vec!["bounces=1"]), ("fast", vec!["bounces=all", "rays.passes=0"])];
-    for (preset, changes) in presets.chain(others) {
+    // Of 14.
+    for (preset, changes) in more::every(3, presets.chain(others)) {
         let audit = audit(&scene, &settings(preset, &changes));
         let superfluous = audit.superfluous();
         assert!(superfluous.is_empty(), "{preset} {changes:?}: {superfluous:?}");
@@ -69,7 +71,7 @@ fn what_a_scene_has_adds_what_it_asks_for() {
     let bytes = |audit: &Audit, name: &str| audit.resources.iter().find(|other| other.name == name).map(|r| r.bytes);
     let plain = asset("cornell-point.glb");
     let before = audit(&plain, &settings("fast", &[]));
-    for scene in kinds::kinds(&plain) {
+    for scene in more::every(2, kinds::kinds(&plain)) {
         let audit = audit(&scene, &settings("fast", &[]));
         let superfluous = audit.superfluous();
         assert!(superfluous.is_empty(), "{}: {superfluous:?}", scene.name);

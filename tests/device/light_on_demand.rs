@@ -1,6 +1,7 @@
 //! Light on demand: an item is lit where something asks for its light, and has then the light that it has where all are lit.
 
 use crate::gpu;
+use crate::more;
 
 use std::collections::BTreeMap;
 
@@ -52,7 +53,7 @@ fn lit(scene: &Scene, settings: &Settings, size: (u32, u32)) -> BTreeMap<ItemKey
 
 #[test]
 fn items_that_are_asked_for_have_the_light_that_they_have_where_all_are_lit() {
-    for (scene, bounces) in [(asset("gallery.glb"), "bounces=2"), (room(), "bounces=1")] {
+    for (scene, bounces) in more::every(2, [(asset("gallery.glb"), "bounces=2"), (room(), "bounces=1")]) {
         let settings = gpu::with(Settings::fast(), &["voxels=64", bounces]);
         let (asked, all) = (lit(&scene, &settings, (16, 12)), lit(&scene, &settings, (192, 144)));
         assert!(asked.len() > 100 && asked.len() * 3 < all.len(), "{} of {} are lit", asked.len(), all.len());
@@ -109,8 +110,9 @@ fn with_all_bounces_what_comes_into_view_is_lit_in_its_first_frame() {
     let (gallery, room) = (asset("gallery.glb"), room());
     let still = gallery.pose(None, 0.0);
     let in_gallery = View { eye: gallery.bounds(None).center(), ..gallery.view(&still, 0) };
+    let poses = moved_poses(&room).to_vec();
     for (scene, there, poses) in
-        [(&gallery, in_gallery, vec![still]), (&room, within(room.bounds(None)), moved_poses(&room).to_vec())]
+        more::every(2, [(&room, within(room.bounds(None)), poses), (&gallery, in_gallery, vec![still])])
     {
         let settings = gpu::with(Settings::fast(), &["voxels=32", "bounces=all", "rays.passes=2"]);
         let [mut turns, mut stands] = [(); 2].map(|()| Studio::of_size(scene, &settings, 96));

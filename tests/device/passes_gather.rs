@@ -74,6 +74,14 @@ fn light_is_not_shared_across_a_wall_that_is_seen_on_edge() {
     }
 }
 
+/// The dark side of a roof is black to the bit: it is lit by nothing, and shares nothing with the lit side across the ridge.
+#[test]
+fn light_is_not_shared_across_a_crease() {
+    for preset in ["fast", "balanced"] {
+        assert_eq!(distance("leak-crease", preset), 0.0, "{preset}");
+    }
+}
+
 /// Beside what stands on a floor the floor has as much light as the path tracer finds. The tolerance pays for light that is gathered
 /// at fewer pixels than the image has: `fast` takes a sixteenth of them. With lamps' light shared whatever shadow lies on it, `fast`
 /// was at 1.26, and `balanced` at 1.08.

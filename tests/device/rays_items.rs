@@ -180,7 +180,7 @@ fn no_light_comes_through_walls_of_a_quarter_voxel_or_less() {
         .flat_map(|base| ["bounces=2", "bounces=all"].map(|bounces| (base.clone(), bounces)));
     let settings: Vec<_> = settings.collect();
     let cases = lanterns.flat_map(|lantern| settings.iter().map(move |settings| (lantern, settings)));
-    for ((kind, turned), (base, bounces)) in more::every(5, cases) {
+    for ((kind, turned), (base, bounces)) in more::every(11, cases) {
         let settings = gpu::with(base.clone(), &["voxels=16", bounces, "rays.passes=2"]);
         let [inside, outside] = inside_and_outside(&lantern(kind, turned), &settings);
         assert!(inside > 0.05, "{inside}: it is lit inside");

@@ -2,7 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // Links: which gathered pixels and their neighbours on the right and below lie on one surface with nothing between
-// them. The pass share goes along these links, and the pass image looks for light across them.
+// them, neither a wall nor a crease. The pass share goes along these links, and the pass image looks for light across
+// them.
 
 #include "ground/constants.glsl"
 #include "ground/image/likeness.glsl"
@@ -17,6 +18,22 @@ layout(push_constant) uniform Push {
     uint rows; // of this band
 } push;
 
+// Of the difference of two normals at a crease: it is larger than this, and than so many times what it is beside it.
+const float LEAST_CREASE = 0.07;
+const float CREASE = 2.0;
+
+// How far the surface turns between two neighbours, as the length of the difference of their normals; −1 where they do
+// not show one surface.
+float turn(ivec2 from, ivec2 to, ivec2 size) {
+    vec4 p = texelFetch(gathered, clamp(from, ivec2(0), size - 1), 0);
+    vec4 q = texelFetch(gathered, clamp(to, ivec2(0), size - 1), 0);
+    vec3 n = unpack_normal(max(p.w, 0.0));
+    vec3 m = unpack_normal(max(q.w, 0.0));
+    bool inside = all(greaterThanEqual(min(from, to), ivec2(0))) && all(lessThan(max(from, to), size));
+    bool one = inside && min(p.w, q.w) >= 0.0 && likeness(p.xyz, n, q.xyz, m) > 0.0;
+    return one ? length(n - m) : -1.0;
+}
+
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     ivec2 size = ivec2(textureSize(gathered, 0).x, push.rows);
@@ -30,8 +47,10 @@ void main() {
         ivec2 to = at + ivec2(1 - k, k);
         vec4 there = texelFetch(gathered, min(to, size - 1), 0);
         vec3 other = unpack_normal(max(there.w, 0.0));
-        bool may_share = all(lessThan(to, size)) && here.w >= 0.0 && there.w >= 0.0
-            && likeness(here.xyz, normal, there.xyz, other) > 0.0;
+        float here_to_there = turn(at, to, size);
+        float beside = max(turn(2 * at - to, at, size), turn(to, 2 * to - at, size));
+        bool crease = beside >= 0.0 && here_to_there > LEAST_CREASE + CREASE * beside;
+        bool may_share = here_to_there >= 0.0 && !crease;
         // A loop, which a CPU device leaves early.
         for (uint tests = may_share ? 1u : 0u; tests > 0u; tests--) {
             links |= linked(here.xyz, normal, there.xyz, other) ? LINK_RIGHT << k : 0u;

@@ -65,7 +65,7 @@ impl GatherShape {
     pub fn new(settings: &ImageSettings, wants: &Wants) -> Self {
         Self {
             scale: settings.gather_resolution.scale(),
-            margin: settings.interleave / 2 + 1 + WIDER,
+            margin: settings.interleave / 2 + 2 + WIDER,
             lobes: wants.gathers_lobes,
             links: wants.rays,
         }

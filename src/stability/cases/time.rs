@@ -104,7 +104,7 @@ fn lamp(cell: &Cell) -> Result<Vec<Sample>> {
 }
 
 fn door(cell: &Cell) -> Result<Vec<Sample>> {
-    let stage = doorway();
+    let stage = doorway(0.005);
     let door = stage.scene.instances.len() - 1;
     // From beside the doorway.
     let (open, steps) = (2.0 * f64::from(DOOR[1]) + 0.04, cell.effort.steps as f64);

@@ -3,14 +3,16 @@
 use super::{Run, Shown, at_places, energy, of_all, rel, sum};
 use crate::Result;
 use crate::chart::measure::same_depth;
-use crate::layers::Aov;
+use crate::layers::{Aov, Layers};
 use crate::measure::metrics;
 use crate::measure::terms::{self, Subtract};
 use crate::measure::timing::Spread;
+use crate::scene::View;
 use crate::stability::case::{Place, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::scenes::{
-    DARK, LIT, back_side, behind, divided, fenced, on_edge, two_rooms, view, views_on_edge,
+    DARK, LIT, back_side, behind, divided, doorway, fenced, on_edge, roof, two_rooms, view, views_of_roof,
+    views_on_edge,
 };
 use crate::stability::stage::{Stage, Studio};
 
@@ -22,7 +24,12 @@ pub const RUNS: &[(&str, Run)] = &[
     ("leak-1", |cell| leaks(cell, 1.0)),
     ("leak-2", |cell| leaks(cell, 2.0)),
     ("leak-4", |cell| leaks(cell, 4.0)),
-    ("leak-on-edge", leaks_on_edge),
+    ("leak-on-edge", |cell| {
+        let stage = on_edge(0.25 * on_edge(0.0).voxel_m(&cell.settings));
+        leaks_across(cell, &stage, &views_on_edge())
+    }),
+    ("leak-crease", |cell| of_all(&[0.26, 0.52, 0.79], |slope| leaks_across(cell, &roof(*slope), &views_of_roof()))),
+    ("leak-door", leaks_at_a_door),
     ("back-side", back_sides),
     ("fence", |cell| {
         let voxel_m = two_rooms().0.voxel_m(&cell.settings);
@@ -40,15 +47,20 @@ fn leaks(cell: &Cell, voxels: f64) -> Result<Vec<Sample>> {
     })
 }
 
-/// Of the pixels that show the dark room and next to which none shows the lit one, the brightest, over the median of the lit room's.
-fn leaks_on_edge(cell: &Cell) -> Result<Vec<Sample>> {
-    let stage = on_edge(0.25 * on_edge(0.0).voxel_m(&cell.settings));
-    of_all(&views_on_edge(), |view| {
+/// The brightest of a pixel's channels.
+fn brightest(image: &Layers, pixel: usize) -> f64 {
+    f64::from(image.beauty()[pixel].into_iter().fold(0.0, f32::max))
+}
+
+/// Of the pixels that show the stage's dark half, x > 0, and next to which none shows the lit one, the brightest, over the median of
+/// the lit half's.
+fn leaks_across(cell: &Cell, stage: &Stage, views: &[View]) -> Result<Vec<Sample>> {
+    of_all(views, |view| {
         at_places(cell, Stage { view: *view, ..stage.clone() }, |studio, place| {
             let image = studio.shoot(place)?;
             let places = Shown { image: &image, view: *view };
             let across = |i: usize| places.place(i).map(|at| at.x);
-            let bright = |i: usize| f64::from(image.beauty()[i].into_iter().fold(0.0, f32::max));
+            let bright = |i: usize| brightest(&image, i);
             let pixels = 0..image.beauty().len();
             let is_lit = |i: usize| across(i).is_some_and(|x| x < 0.0);
             // The lamp itself may be seen: so the median.
@@ -57,6 +69,19 @@ fn leaks_on_edge(cell: &Cell) -> Result<Vec<Sample>> {
             let number = dark.fold(0.0, f64::max) / lit.median;
             Ok(Sample::new(format!("{place}, eye at {}", view.eye), number, image.beauty()))
         })
+    })
+}
+
+/// The brightest pixel of the dark room behind a shut door, over the median of the lit room's.
+fn leaks_at_a_door(cell: &Cell) -> Result<Vec<Sample>> {
+    at_places(cell, doorway(0.0), |studio, place| {
+        let pose = studio.stage.pose();
+        let [lit, dark] = [LIT, DARK].map(|eye| studio.shoot_as(place, &pose, view(eye, [0.0; 3])));
+        let (lit, dark) = (lit?, dark?);
+        let pixels = 0..lit.beauty().len();
+        let of_lit = Spread::of(pixels.clone().map(|i| brightest(&lit, i)));
+        let number = pixels.map(|i| brightest(&dark, i)).fold(0.0, f64::max) / of_lit.median;
+        Ok(Sample::new(place, number, dark.beauty()))
     })
 }
 

@@ -48,6 +48,8 @@ pub struct Frame {
     pub light: LightProgress,
     /// Whether all items are lit that may be asked for, where light is made on demand.
     all_lit: bool,
+    /// Of the passes over the image whose mean is shown, the one that the light was made for.
+    lit_for: u32,
     /// Inputs of the lists and light now on the device; `None` if they must be rebuilt.
     made_of: Option<MadeOf>,
     /// The next frame remakes lists and light, though nothing moved.
@@ -124,6 +126,7 @@ impl Frame {
             placed_lamps: LampSums::default(),
             light: LightProgress::new(light_rules(desc, &ground, &*method)),
             all_lit: false,
+            lit_for: 0,
             made_of: None,
             stale: false,
             ground,
@@ -192,7 +195,10 @@ impl Frame {
         let same = |before: &MadeOf| {
             bytes(&before.lights) == bytes(&now.lights) && before.sky == now.sky && before.time_s == now.time_s
         };
-        if lists || unlit || !before.as_ref().is_some_and(same) {
+        // Light of few directions shows in mirrors and stays in a mean: each pass over the image has light of its own.
+        let lit_for = seen.image.filter(|_| self.ground.desc.wants.demand).unwrap_or(0);
+        let other_pass = std::mem::replace(&mut self.lit_for, lit_for) != lit_for;
+        if lists || unlit || other_pass || !before.as_ref().is_some_and(same) {
             self.light.changed();
         }
         self.upload(r, seen, &now.lights, lists || unlit);
@@ -263,7 +269,9 @@ impl Frame {
 
     /// The constants of this frame that shaders read. `lamps`: whether these may have moved.
     fn upload(&mut self, r: &mut Recorder, seen: &Seen, lights: &[layout::Light], lamps: bool) {
+        // Light that is made on demand is no mean.
         let mean_pass = self.light.mean_pass();
+        let light_pass = if self.ground.desc.wants.demand { self.lit_for } else { mean_pass };
         r.full_barrier(); // the frame before read the same buffers
         if lamps {
             let placed =
@@ -281,7 +289,7 @@ impl Frame {
             samples: self.settings.image.samples,
             time_s: seen.pose.time_s,
             lamps: self.placed_lamps,
-            light_pass: mean_pass,
+            light_pass,
             light_share: self.share_of_mean(mean_pass),
             image_pass: seen.image.unwrap_or(0),
             boxes: [self.ground.base().boxes, self.ground.base().made_boxes],

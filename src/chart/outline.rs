@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::VERSION;
 use super::row::Row;
-use crate::lab::store::Store;
 use crate::error::said;
+use crate::lab::store::Store;
 use crate::output::file;
 use crate::{Error, Result};
 

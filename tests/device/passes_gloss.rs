@@ -372,3 +372,43 @@ fn a_lamps_reflection_in_a_floor_is_whole_and_without_sparks() {
         assert!((energy - 1.0).abs() < 0.02, "roughness {roughness}, metallic {metallic}, {height} m: {energy}");
     }
 }
+
+/// A mirror opposite to a white wall, in a closed room that a lamp at the ceiling lights.
+fn room_with_a_mirror() -> Scene {
+    let mut scene = Scene::empty("a room with a mirror");
+    let white = scene.add_material(Material { double_sided: true, ..Material::lambert("white", Vec3::splat(0.7)) });
+    let mirror = Material { metallic: 1.0, roughness: 0.0, ..Material::lambert("mirror", Vec3::splat(0.95)) };
+    let mirror = scene.add_material(mirror);
+    let lamp = Material { emissive: Vec3::splat(10.0), ..Material::lambert("lamp", Vec3::ZERO) };
+    let lamp = scene.add_material(lamp);
+    scene.add_mesh(Mesh::cuboid("room", white, -Vec3::ONE, Vec3::ONE, true), DAffine3::IDENTITY);
+    for (material, corner, u, v) in [
+        (mirror, Vec3::new(-0.8, -0.8, -0.98), Vec3::X * 1.6, Vec3::Y * 1.6),
+        (lamp, Vec3::new(-0.2, 0.98, -0.2), Vec3::X * 0.4, Vec3::Z * 0.4),
+    ] {
+        scene.add_mesh(Mesh::quad("quad", material, corner, u, v), DAffine3::IDENTITY);
+    }
+    scene.add_camera(&View::look_at(DVec3::new(0.3, 0.1, 0.2), DVec3::new(0.0, 0.0, -1.0), DVec3::Y, 1.0));
+    scene
+}
+
+/// Every pass over the image has light of its own: the spots that few directions leave on a mirrored wall go as passes add up. Of one
+/// light for all passes they would stay.
+#[test]
+fn spots_in_a_mirror_go_as_passes_add_up() {
+    let scene = room_with_a_mirror();
+    let (view, stop) = (view(&scene), Stop::Samples(1024));
+    let options = Options { width: SIZE, height: SIZE, depth: Depth::Bounces(2), stop, seed: 0, occlusion: false };
+    let truth = film(&scene, &view, &options).layers(&[Aov::Direct]);
+    let [one, eight] = [1, 8].map(|passes| {
+        let passes = format!("image.passes={passes}");
+        let mut settings = Settings::default();
+        ["voxels=32", &passes].iter().for_each(|change| settings.set(change).expect("a setting"));
+        image(&scene, &settings)
+    });
+    let error = |image: &Layers, truth: &Layers| over(image, truth, Aov::Beauty, |_| true).rel;
+    let (before, after, spots) = (error(&one, &truth), error(&eight, &truth), error(&one, &eight));
+    println!("{before} {after} {spots}");
+    // The rest is light that voxels of a sixteenth of the room blur.
+    assert!(after < 0.9 * before && spots > 0.025, "{before} {after} {spots}");
+}

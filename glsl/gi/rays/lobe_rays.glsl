@@ -4,6 +4,7 @@
 
 #include "ground/brdf.glsl"
 #include "ground/lamps.glsl"
+#include "gi/rays/constants.glsl"
 
 // Rays for a lobe that sends the share `weight` of what it meets: a faint one is worth fewer.
 uint lobe_ray_count(float alpha, float weight) {

@@ -44,14 +44,15 @@ float mirrored_rays_about(Surface s, Lobes lobes, vec3 v, vec3 l) {
     return alpha < MIN_ALPHA ? SHARP : float(mirrored_rays(s, lobes)) * spread;
 }
 
-// Points on lamps per steradian, about one of that shine and facet normal that lies `way` from where it shines.
+// Points on lamps per steradian, about one of a lamp of that shine and facet normal; `way` leads from the surface to it.
+// A lamp's share of all points is taken to be its share of all shine.
 float lamp_points_about(float shine, vec3 normal, vec3 way) {
     float distance2 = dot(way, way);
     float towards = max(abs(dot(way, normal)), 1e-6);
     return float(LAMP_POINTS) * shine * distance2 * sqrt(distance2) / (towards * max(frame.lamp_shine, 1e-20));
 }
 
-// The share of a way to sample that has `own` samples per steradian where another one has `other`.
+// The weight of a sample where its own way has `own` samples per steradian and the other way has `other`.
 float share_of(float own, float other) {
     float ratio = own > 0.0 ? other / own : SHARP;
     return 1.0 / (1.0 + ratio * ratio);

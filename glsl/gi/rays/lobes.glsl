@@ -69,8 +69,8 @@ vec3 go_on_mirrored(Surface s, inout vec3 d) {
 // reflects totally, and dims by Beer's law over the way between; what it reflects else is taken to be as bright as what
 // is seen through it. `aperture`: tangent of the half angle that the ray stands for; `bright`: as for sky_about, and of
 // mirrors the share that it shows sharply. Nothing is seen unless it `sends`. `views`: the ray goes on as the view
-// came, and to the view backs that have no side are not there. `mirrors`: between the eye and there. `rays`: that look
-// like it, per steradian; where points on lamps find their light too.
+// came, and to the view backs that have no side are not there. `mirrors`: between the eye and there. `rays`: how many
+// look about that way, per steradian; SHARP where these find all of the lamps' light and points on lamps nothing.
 Seen look_along(
     vec3 position, vec3 facet, vec3 d, float aperture, float bright, bool sends, bool views, uint mirrors, float rays) {
     Seen seen = Seen(vec3(0.0), vec3(0.0));

@@ -1,7 +1,6 @@
 //! The same command writes the same bytes, whatever the driver's threads, its caches and the machine's other work. Vectors of
-//! 128 bits give the pixels of 256 bits; only the device's name in an EXR's header tells them apart. Presets that shade pixels as they
-//! draw triangles are an exception: the driver interpolates a triangle's values a little differently. On a GPU, which has neither such
-//! threads nor widths, runs are compared.
+//! 128 bits give the pixels of 256 bits; only the device's name in an EXR's header tells them apart. The preset `printed`
+//! is an exception. On a GPU, which has neither such threads nor widths, runs are compared.
 
 use std::fs;
 use std::path::Path;
@@ -41,8 +40,8 @@ impl Around<'_> {
     }
 }
 
-/// Presets that shade pixels as they draw: `cones.passes = layered`.
-const DRAWN: [&str; 3] = ["printed", "corrected", "corrected-16"];
+/// The preset of which 108 of the gallery's 1536 pixels differ between widths, by up to 0.1 %; and the share that is let pass.
+const DIFFERS: (&str, f32) = ("printed", 2e-3);
 
 /// Sets it at the end of its scope, by a panic too.
 struct AtEnd<'a>(&'a AtomicBool);
@@ -95,7 +94,7 @@ fn nothing_around_a_render_changes_a_bit() {
         let values = |image: &'_ Layers| image.beauty().iter().flatten().copied().collect::<Vec<f32>>();
         let most = values(&wide.1).iter().zip(&values(&narrow.1)).map(off).fold(0.0, f32::max);
         println!("{preset}: values of 128 bits are off by {most} at most");
-        let allowed = if DRAWN.contains(&preset) { 2e-3 } else { 0.0 };
+        let allowed = if preset == DIFFERS.0 { DIFFERS.1 } else { 0.0 };
         assert!(wide.0 == narrow.0 || allowed > 0.0, "{preset}: the .png of 128 bits");
         assert!(most <= allowed, "{preset}: the .exr of 128 bits is off by {most}");
     }

@@ -11,12 +11,23 @@ uint lobe_ray_count(float alpha, float weight) {
     return alpha < MIN_ALPHA ? 1u : clamp(uint(ceil(weight * float(LOBE_RAYS))), 1u, LOBE_RAYS);
 }
 
+// Roughness from which on light is gathered for a metal, and that from which on all of its lobe's light is.
+const float WIDE_LOBE = 0.5;
+const float WHOLE_LOBE = 0.8;
+
+// Whether light is gathered for a metal: its lobe is so wide that directions all about find its light well.
+bool gathers_lobe(Surface s) {
+    return feature(FEATURE_SPECULAR) && s.roughness > WIDE_LOBE && s.transmission == 0.0 && !is_brushed(s) && !s.unlit
+        && any(greaterThan(s.f0, vec3(0.0)));
+}
+
 // The share of a lobe's light that the gathered light stands for. Where a lobe is weak, the few rays that it is worth
 // would now and then meet a bright spot; the gathered light has more directions in it, down to a roughness of about .2.
-// Below that edges would be lost.
+// Below that edges would be lost. So it has for wide lobes.
 float gathered_share(Surface s, Lobes lobes) {
     float weak = 1.0 - smoothstep(0.15, 0.3, brightest(lobes.specular));
-    return any(greaterThan(s.diffuse, vec3(0.0))) ? weak * smoothstep(0.2, 0.4, s.roughness) : 0.0;
+    float of_weak = any(greaterThan(s.diffuse, vec3(0.0))) ? weak * smoothstep(0.2, 0.4, s.roughness) : 0.0;
+    return max(of_weak, gathers_lobe(s) ? smoothstep(WIDE_LOBE, WHOLE_LOBE, s.roughness) : 0.0);
 }
 
 // Rays for what a surface mirrors, seen from outside.

@@ -93,8 +93,12 @@ void main() {
         Surface s =
             evaluate_surface(t, attributes, middle.weights, pixel_footprint(attributes, middle), (id & 1u) == 0u);
         vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
-        // Metals, glass and unlit surfaces gather nothing.
-        for (uint k = 0u; k < (scatters(s) ? 1u : 0u); k++) {
+        bool gathers = scatters(s);
+#ifdef METHOD_GATHERS_LOBES
+        gathers = gathers || gathers_lobe(s);
+#endif
+        // Smooth metals, glass and unlit surfaces gather nothing.
+        for (uint k = 0u; k < (gathers ? 1u : 0u); k++) {
             surface = vec4(s.position, pack_normal(s.normal));
 #ifdef METHOD_GATHERS_LOBES
             light = look_up_for_view(s, view, place, mirrored);

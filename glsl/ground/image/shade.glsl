@@ -105,7 +105,8 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
     // it.
     Outgoing through = Outgoing(vec3(0.0), vec3(0.0));
     uint near = lit && !gathered.found ? 1u : 0u;
-    uint near_lamps = lit && !(gathered.found_lamps && gathered.found_lamp_lobes) ? 1u : 0u;
+    // What a metal mirrors of lamps changes more from pixel to pixel than what it mirrors of all else.
+    uint near_lamps = lit && !(gathered.found_lamps && gathered.found_lamp_lobes && scatters(s)) ? 1u : 0u;
     uint far = lit && sends_through(s) ? 1u : 0u;
     for (uint i = 0u; i < near_lamps + far; i++) {
         LampLight lamps = no_lamp_light();
@@ -120,7 +121,11 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
         }
     }
 #ifndef AOVS
+#ifdef METHOD_GATHERS_LOBES
+    near = scatters(s) || gathers_lobe(s) ? near : 0u;
+#else
     near = scatters(s) ? near : 0u;
+#endif
 #endif
     const uint places = INTERLEAVE * INTERLEAVE;
     for (uint i = 0u; i < near + places * far; i++) {

@@ -1,5 +1,5 @@
-// How many rays look along a specular lobe and how they are spread, and what of a lamp's light they are to find: the rest
-// is found by points on lamps. Both ways are weighed by the power heuristic with exponent 2 (Veach and Guibas,
+// How many rays look along a specular lobe and how they are spread, and what of a lamp's light they are to find: the
+// rest is found by points on lamps. Both ways are weighed by the power heuristic with exponent 2 (Veach and Guibas,
 // "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995).
 
 #include "ground/brdf.glsl"
@@ -55,8 +55,8 @@ float mirrored_rays_about(Surface s, Lobes lobes, vec3 v, vec3 l) {
     return alpha < MIN_ALPHA ? SHARP : float(mirrored_rays(s, lobes)) * spread;
 }
 
-// Points on lamps per steradian, about one of a lamp of that shine and facet normal; `way` leads from the surface to it.
-// A lamp's share of all points is taken to be its share of all shine.
+// Points on lamps per steradian, about one of a lamp of that shine and facet normal; `way` leads from the surface to
+// it. A lamp's share of all points is taken to be its share of all shine.
 float lamp_points_about(float shine, vec3 normal, vec3 way) {
     float distance2 = dot(way, way);
     float towards = max(abs(dot(way, normal)), 1e-6);

@@ -39,8 +39,8 @@ const int WIDER = 2;
 // Rows that a band gathers above and below its own, so that no neighbour is missing, nor that of a link.
 const uint GATHER_MARGIN = INTERLEAVE / 2u + 2u + uint(WIDER);
 
-// Cosines of 10° and 4°: where four pixels are not linked, a wall or a crease may lie between the pixel and one of them,
-// so that only what faces as it does counts.
+// Cosines of 10° and 4°: where four pixels are not linked, a wall or a crease may lie between the pixel and one of
+// them, so that only what faces as it does counts.
 const float LEAST_FACING = 0.9848;
 const float FACING = 0.9976;
 

@@ -18,8 +18,9 @@ float likeness(vec3 p, vec3 n, vec3 q, vec3 m) {
     return facing * facing * near * max(1.0 - off_plane / SHARED_PLANE, 0.0);
 }
 
-// How alike the light of lamps is that two places mirror in lobes of that α. GGX's lobe falls off with the angle between
-// its middle and the half vector, which turns half as far as the mirror's way. In mirrors points on lamps find nothing.
+// How alike the light of lamps is that two places mirror in lobes of that α. GGX's lobe falls off with the angle
+// between its middle and the half vector, which turns half as far as the mirror's way. In mirrors points on lamps find
+// nothing.
 float mirrored_alike(vec3 p, vec3 n, vec3 q, vec3 m, float alpha) {
     vec3 to_p = frame.orthographic != 0u ? frame.forward : normalize(p - frame.eye);
     vec3 to_q = frame.orthographic != 0u ? frame.forward : normalize(q - frame.eye);

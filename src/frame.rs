@@ -48,8 +48,6 @@ pub struct Frame {
     pub light: LightProgress,
     /// Whether all items are lit that may be asked for, where light is made on demand.
     all_lit: bool,
-    /// Of the passes over the image whose mean is shown, the one that the light was made for.
-    lit_for: u32,
     /// Inputs of the lists and light now on the device; `None` if they must be rebuilt.
     made_of: Option<MadeOf>,
     /// The next frame remakes lists and light, though nothing moved.
@@ -66,6 +64,9 @@ struct MadeOf {
     sky: ([Vec3; 2], f32),
     /// The time within the animation, where the light's random numbers turn with it.
     time_s: Option<f64>,
+    /// Which of the passes over the image whose mean is shown, where light is made on demand: few directions show in mirrors and would
+    /// stay in the mean if every pass did not have others.
+    image_pass: Option<u32>,
 }
 
 /// The scene, pose and view that a frame shows.
@@ -126,7 +127,6 @@ impl Frame {
             placed_lamps: LampSums::default(),
             light: LightProgress::new(light_rules(desc, &ground, &*method)),
             all_lit: false,
-            lit_for: 0,
             made_of: None,
             stale: false,
             ground,
@@ -147,7 +147,7 @@ impl Frame {
     pub fn record_lists(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
         let now = self.made_now(seen);
         self.place_grids(seen.view);
-        self.upload(r, seen, &now.lights, true);
+        self.upload(r, seen, &now, true);
         self.ground.swap_lists();
         self.ground.record_lists(r, seen.pose);
         self.copy_counters(r, slot);
@@ -193,15 +193,13 @@ impl Frame {
         let lists = stale || !before.as_ref().is_some_and(stood);
         let bytes = bytemuck::cast_slice::<layout::Light, u8>;
         let same = |before: &MadeOf| {
-            bytes(&before.lights) == bytes(&now.lights) && before.sky == now.sky && before.time_s == now.time_s
+            let rest = |made: &MadeOf| (made.sky, made.time_s, made.image_pass);
+            bytes(&before.lights) == bytes(&now.lights) && rest(before) == rest(&now)
         };
-        // Light of few directions shows in mirrors and stays in a mean: each pass over the image has light of its own.
-        let lit_for = seen.image.filter(|_| self.ground.desc.wants.demand).unwrap_or(0);
-        let other_pass = std::mem::replace(&mut self.lit_for, lit_for) != lit_for;
-        if lists || unlit || other_pass || !before.as_ref().is_some_and(same) {
+        if lists || unlit || !before.as_ref().is_some_and(same) {
             self.light.changed();
         }
-        self.upload(r, seen, &now.lights, lists || unlit);
+        self.upload(r, seen, &now, lists || unlit);
         if lists {
             // Records the triangles, and lists them in the voxels that they touch.
             self.ground.swap_lists();
@@ -250,6 +248,7 @@ impl Frame {
             lights: uniforms::lights(seen.scene, seen.pose, &self.ground.desc.grid),
             sky: ([seen.scene.sky, seen.scene.sky_gradient], seen.scene.sky_turn),
             time_s: self.ground.desc.wants.turns.then_some(seen.pose.time_s),
+            image_pass: self.ground.desc.wants.demand.then(|| seen.image.unwrap_or(0)),
         }
     }
 
@@ -268,10 +267,8 @@ impl Frame {
     }
 
     /// The constants of this frame that shaders read. `lamps`: whether these may have moved.
-    fn upload(&mut self, r: &mut Recorder, seen: &Seen, lights: &[layout::Light], lamps: bool) {
-        // Light that is made on demand is no mean.
+    fn upload(&mut self, r: &mut Recorder, seen: &Seen, now: &MadeOf, lamps: bool) {
         let mean_pass = self.light.mean_pass();
-        let light_pass = if self.ground.desc.wants.demand { self.lit_for } else { mean_pass };
         r.full_barrier(); // the frame before read the same buffers
         if lamps {
             let placed =
@@ -289,13 +286,13 @@ impl Frame {
             samples: self.settings.image.samples,
             time_s: seen.pose.time_s,
             lamps: self.placed_lamps,
-            light_pass,
+            light_pass: now.image_pass.unwrap_or(mean_pass),
             light_share: self.share_of_mean(mean_pass),
             image_pass: seen.image.unwrap_or(0),
             boxes: [self.ground.base().boxes, self.ground.base().made_boxes],
         };
         r.update(&self.ground.frame, 0, &[uniforms.layout()]);
-        r.update(&self.ground.lights, 0, lights);
+        r.update(&self.ground.lights, 0, &now.lights);
     }
 
     /// How much of the mean over passes is that of `pass`. Settled light of one set of directions is wrong where light goes to and fro

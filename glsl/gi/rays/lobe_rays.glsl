@@ -23,18 +23,25 @@ bool gathers_lobe(Surface s) {
 
 // The share of a lobe's light that the gathered light stands for. Where a lobe is weak, the few rays that it is worth
 // would now and then meet a bright spot; the gathered light has more directions in it, down to a roughness of about .2.
-// Below that edges would be lost. So it has for wide lobes.
+// Below that edges would be lost. So it has for wide lobes, but for a coat's, whose diffuse share is 0: where it lies
+// over what gathers nothing, there is no gathered light.
 float gathered_share(Surface s, Lobes lobes) {
     float weak = 1.0 - smoothstep(0.15, 0.3, brightest(lobes.specular));
     float of_weak = any(greaterThan(s.diffuse, vec3(0.0))) ? weak * smoothstep(0.2, 0.4, s.roughness) : 0.0;
-    return max(of_weak, gathers_lobe(s) ? smoothstep(WIDE_LOBE, WHOLE_LOBE, s.roughness) : 0.0);
+    bool wide = gathers_lobe(s) && lobes.diffuse > 0.0;
+    return max(of_weak, wide ? smoothstep(WIDE_LOBE, WHOLE_LOBE, s.roughness) : 0.0);
 }
 
 // Rays for what a surface mirrors, seen from outside.
 uint mirrored_rays(Surface s, Lobes lobes) {
     float by_rays = 1.0 - gathered_share(s, lobes);
-    bool mirrors = by_rays > 0.0 && any(greaterThan(lobes.specular, vec3(0.0)));
+    bool mirrors = feature(FEATURE_SPECULAR) && by_rays > 0.0 && any(greaterThan(lobes.specular, vec3(0.0)));
     return mirrors ? lobe_ray_count(s.roughness * s.roughness, by_rays * brightest(lobes.specular)) : 0u;
+}
+
+// A brushed surface's α along its grain and across it.
+vec2 brushed_alphas(Surface s) {
+    return vec2(s.finish.along, max(s.finish.across, MIN_ALPHA));
 }
 
 const float SHARP = 1e15; // rays per steradian about a mirror's way
@@ -49,8 +56,7 @@ float mirrored_rays_about(Surface s, Lobes lobes, vec3 v, vec3 l) {
     float spread = ggx_lobe(alpha, nh, nl, nv) * (nl / lobe_masking(alpha, nl));
     if (is_brushed(s)) {
         vec3 local = vec3(dot(l, s.finish.grain), dot(l, cross(s.normal, s.finish.grain)), nl);
-        vec2 alphas = vec2(s.finish.along, max(s.finish.across, MIN_ALPHA));
-        spread = brushed_lobe(s, v, l, h, nv, nl, nh) * (nl / max(lobe_masking(alphas, local), 1e-6));
+        spread = brushed_lobe(s, v, l, h, nv, nl, nh) * (nl / max(lobe_masking(brushed_alphas(s), local), 1e-6));
     }
     return alpha < MIN_ALPHA ? SHARP : float(mirrored_rays(s, lobes)) * spread;
 }

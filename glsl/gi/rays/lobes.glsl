@@ -152,7 +152,6 @@ Outgoing look_in_lobes(Surface s, Viewed viewed) {
     float alpha = s.roughness * s.roughness;
     float by_rays = 1.0 - gathered_share(s, lobes);
     sum.indirect += (1.0 - by_rays) * viewed.gathered;
-    bool mirrors = feature(FEATURE_SPECULAR) && by_rays > 0.0 && any(greaterThan(lobes.specular, vec3(0.0)));
     bool transmits = feature(FEATURE_TRANSMISSION) && s.transmission > 0.0;
     bool thin = s.thickness_m <= 0.0;
     bool inside = viewed.back && !thin;
@@ -163,11 +162,12 @@ Outgoing look_in_lobes(Surface s, Viewed viewed) {
     if (is_brushed(s)) {
         vec3 x = normalize(s.finish.grain - normal * dot(normal, s.finish.grain));
         basis = mat3(x, cross(normal, x), normal);
-        alphas = vec2(s.finish.along, max(s.finish.across, MIN_ALPHA));
+        alphas = brushed_alphas(s);
     }
     vec3 v = view * basis;
     vec2 shift = place_random(s.position);
-    uint mirrored = mirrors ? inside ? lobe_ray_count(alpha, 1.0) : mirrored_rays(s, lobes) : 0u;
+    uint mirrored = mirrored_rays(s, lobes);
+    mirrored = inside && mirrored > 0u ? lobe_ray_count(alpha, 1.0) : mirrored;
     uint transmitted = transmits ? lobe_ray_count(alpha, s.transmission) : 0u;
     float aperture = ggx_aperture(s.roughness);
     for (uint i = 0u; i < mirrored + transmitted; i++) {

@@ -14,6 +14,7 @@
 #include "method/look_up.glsl"
 #include "ground/lamp_light.glsl"
 #include "ground/image/fragments.glsl"
+#include "ground/image/gathers.glsl"
 #include "ground/image/likeness.glsl"
 #include "ground/image/seen.glsl"
 
@@ -93,12 +94,7 @@ void main() {
         Surface s =
             evaluate_surface(t, attributes, middle.weights, pixel_footprint(attributes, middle), (id & 1u) == 0u);
         vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
-        bool gathers = scatters(s);
-#ifdef METHOD_GATHERS_LOBES
-        gathers = gathers || gathers_lobe(s);
-#endif
-        // Smooth metals, glass and unlit surfaces gather nothing.
-        for (uint k = 0u; k < (gathers ? 1u : 0u); k++) {
+        for (uint k = 0u; k < (gathers(s) ? 1u : 0u); k++) {
             surface = vec4(s.position, pack_normal(s.normal));
 #ifdef METHOD_GATHERS_LOBES
             light = look_up_for_view(s, view, place, mirrored);

@@ -12,6 +12,7 @@
 #include "ground/lamp_light.glsl"
 #include "ground/image/seen.glsl"
 #include "ground/image/gathered.glsl"
+#include "ground/image/gathers.glsl"
 
 // Radiance, premultiplied by opacity, and the further layers.
 struct Shown {
@@ -105,7 +106,7 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
     // it.
     Outgoing through = Outgoing(vec3(0.0), vec3(0.0));
     uint near = lit && !gathered.found ? 1u : 0u;
-    // What a metal mirrors of lamps changes more from pixel to pixel than what it mirrors of all else.
+    // A metal's reflection of lamps changes more from pixel to pixel than its reflection of all else.
     uint near_lamps = lit && !(gathered.found_lamps && gathered.found_lamp_lobes && scatters(s)) ? 1u : 0u;
     uint far = lit && sends_through(s) ? 1u : 0u;
     for (uint i = 0u; i < near_lamps + far; i++) {
@@ -121,11 +122,7 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
         }
     }
 #ifndef AOVS
-#ifdef METHOD_GATHERS_LOBES
-    near = scatters(s) || gathers_lobe(s) ? near : 0u;
-#else
-    near = scatters(s) ? near : 0u;
-#endif
+    near = gathers(s) ? near : 0u;
 #endif
     const uint places = INTERLEAVE * INTERLEAVE;
     for (uint i = 0u; i < near + places * far; i++) {

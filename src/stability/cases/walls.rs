@@ -39,11 +39,16 @@ pub const RUNS: &[(&str, Run)] = &[
 
 fn leaks(cell: &Cell, voxels: f64) -> Result<Vec<Sample>> {
     let thick = voxels * two_rooms().0.voxel_m(&cell.settings);
-    at_places(cell, divided(thick), |studio, place| {
+    leaks_in(cell, divided(thick), |dark, lit| energy(dark.beauty(), lit.beauty()))
+}
+
+/// A number of the images of the dark room and of the lit one.
+fn leaks_in(cell: &Cell, stage: Stage, number: impl Fn(&Layers, &Layers) -> f64) -> Result<Vec<Sample>> {
+    at_places(cell, stage, |studio, place| {
         let pose = studio.stage.pose();
         let lit = studio.shoot_as(place, &pose, view(LIT, [0.0; 3]))?;
         let dark = studio.shoot_as(place, &pose, view(DARK, [0.0; 3]))?;
-        Ok(Sample::new(place, energy(dark.beauty(), lit.beauty()), dark.beauty()))
+        Ok(Sample::new(place, number(&dark, &lit), dark.beauty()))
     })
 }
 
@@ -74,14 +79,9 @@ fn leaks_across(cell: &Cell, stage: &Stage, views: &[View]) -> Result<Vec<Sample
 
 /// The brightest pixel of the dark room behind a shut door, over the median of the lit room's.
 fn leaks_at_a_door(cell: &Cell) -> Result<Vec<Sample>> {
-    at_places(cell, doorway(0.0), |studio, place| {
-        let pose = studio.stage.pose();
-        let [lit, dark] = [LIT, DARK].map(|eye| studio.shoot_as(place, &pose, view(eye, [0.0; 3])));
-        let (lit, dark) = (lit?, dark?);
-        let pixels = 0..lit.beauty().len();
-        let of_lit = Spread::of(pixels.clone().map(|i| brightest(&lit, i)));
-        let number = pixels.map(|i| brightest(&dark, i)).fold(0.0, f64::max) / of_lit.median;
-        Ok(Sample::new(place, number, dark.beauty()))
+    leaks_in(cell, doorway(0.0), |dark, lit| {
+        let of = |image: &Layers| Spread::of((0..image.beauty().len()).map(|i| brightest(image, i)));
+        of(dark).max / of(lit).median
     })
 }
 

@@ -193,8 +193,10 @@ impl Frame {
         let lists = stale || !before.as_ref().is_some_and(stood);
         let bytes = bytemuck::cast_slice::<layout::Light, u8>;
         let same = |before: &MadeOf| {
-            let rest = |made: &MadeOf| (made.sky, made.time_s, made.image_pass);
-            bytes(&before.lights) == bytes(&now.lights) && rest(before) == rest(&now)
+            bytes(&before.lights) == bytes(&now.lights)
+                && before.sky == now.sky
+                && before.time_s == now.time_s
+                && before.image_pass == now.image_pass
         };
         if lists || unlit || !before.as_ref().is_some_and(same) {
             self.light.changed();

@@ -75,11 +75,18 @@ float share_of(float own, float other) {
     return 1.0 / (1.0 + ratio * ratio);
 }
 
+// The share of lamps' light that is left to points on them, whatever rays could find: single rays of a wide lobe meet a
+// lamp here and there, where points, which neighbours share, are even.
+float points_alone(float roughness) {
+    return smoothstep(0.2, 0.35, roughness);
+}
+
 // The share of a lamp's light in the lobe that a point on it finds.
 float point_share(Surface s, Lobes lobes, vec3 view, vec3 position, LampPoint to) {
     vec3 way = to.point - position;
     float rays = mirrored_rays_about(s, lobes, view, normalize(way));
-    return rays > 0.0 ? to.here * share_of(lamp_points_about(to.shine, to.normal, way), rays) : 1.0;
+    float beside_rays = to.here * share_of(lamp_points_about(to.shine, to.normal, way), rays);
+    return rays > 0.0 ? mix(beside_rays, 1.0, points_alone(s.roughness)) : 1.0;
 }
 
 #define METHOD_LAMP_SHARES

@@ -202,7 +202,7 @@ Outgoing look_in_lobes(Surface s, Viewed viewed) {
             reflects ? 1u : 0u, reflects ? mirrored_rays_about(s, lobes, view, d) : SHARP);
         sum.indirect += weight * (reflects ? by_rays : 1.0) * seen.light;
         if (LAMPS == LAMPS_SAMPLED) {
-            vec3 lamps = weight * seen.lamps;
+            vec3 lamps = weight * (reflects ? 1.0 - points_alone(s.roughness) : 1.0) * seen.lamps;
             sum.direct += reflects || thin ? lamps : vec3(0.0);
             sum.indirect += reflects || thin ? vec3(0.0) : lamps * frame.scale;
         }

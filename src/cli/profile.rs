@@ -72,12 +72,12 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
     interrupt::install()?;
     let (opened, context) = args.scene.open_on_describing(&args.run)?;
     let settings = opened.fitted(settings);
-    let (scene, size, (pose, view)) = (&opened.scene, opened.size, opened.at_time());
+    let (scene, size, (pose, view)) = (&opened.scene, opened.size, &opened.still);
     let mut render = RenderReport::new(&opened, &settings, &context);
     let subject = Subject {
         scene,
-        pose: &pose,
-        view: &view,
+        pose,
+        view,
         settings: settings.clone(),
         options: opened.run_options(&args.run),
         check: interrupt::check,

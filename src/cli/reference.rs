@@ -154,9 +154,9 @@ fn trace(args: &ReferenceArgs) -> anyhow::Result<(Part, Traced)> {
     let (width, height) = opened.size;
     let occlusion = args.aov.contains(&Aov::Ao);
     let options = Options { width, height, depth: args.depth, stop, seed: args.seed, occlusion };
-    let (pose, view) = opened.at_time();
+    let (pose, view) = &opened.still;
     let cache = cache();
-    let of = Still::new(&opened.scene, &pose, &view);
+    let of = Still::new(&opened.scene, pose, view);
     let (film, traced) = traced(&cache, of, &options).inspect_err(|error| {
         if matches!(error, Error::Interrupted) && cache.problem().is_none() {
             out::warn("finished samples are kept; the same command continues from there");

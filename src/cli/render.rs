@@ -130,8 +130,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let wanted = |aov: &&Aov| **aov == Aov::Alpha || args.aov.contains(aov);
     let aovs = Aov::ALL.iter().filter(wanted).copied().collect();
     let options = RenderOptions { aovs, ..opened.run_options(&args.run) };
-    let (pose, _) = opened.at_time();
-    let failures = known_failures(&opened.scene, &pose, options.bounds, &settings);
+    let (pose, _) = &opened.still;
+    let failures = known_failures(&opened.scene, pose, options.bounds, &settings);
     if !failures.is_empty() {
         out::warn(&format!("note: {}: {} (docs/stability.md)", opened.scene.name, failures.join("; ")));
     }
@@ -140,7 +140,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         out::warn(&format!("note: {}: {note} (docs/materials.md)", opened.scene.name));
     }
     let work = Work::begin(&format!("{}: {doing}", opened.scene.name));
-    let renderer = Renderer::new(&context, opened.scene, &pose, settings.clone(), options)?;
+    let renderer = Renderer::new(&context, opened.scene, pose, settings.clone(), options)?;
     report::say_compiled(&context);
     let timed = args.timings || args.json.is_some() || args.trace.is_some() || args.repeat > 1;
     let warm_up = if timed { WARM_UP } else { 0 };

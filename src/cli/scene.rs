@@ -33,6 +33,8 @@ pub struct Opened {
     /// The sky in words.
     pub sky: String,
     pub shot: Shot,
+    /// The pose at --time, and the camera in it.
+    pub still: (Pose, View),
     /// Of the scene over all that plays, once something asked for them.
     bounds: OnceLock<Bounds>,
 }
@@ -121,7 +123,8 @@ impl SceneArgs {
         }
         notes.iter().for_each(|note| out::warn(&format!("note: {}: {note}", scene.name)));
         let sky = self.sky.words(&scene);
-        Ok(Opened { scene, size: self.size, camera: words, sky, shot, bounds })
+        let still = shot.at(&scene, 0.0);
+        Ok(Opened { scene, size: self.size, camera: words, sky, shot, still, bounds })
     }
 
     /// Adds light, and a ground that takes it, where the scene needs some. Returns what is to be said about that.
@@ -237,11 +240,6 @@ impl Opened {
         say!("{}: {}", context.name, context.driver);
     }
 
-    /// The pose at --time, and the camera in it.
-    pub fn at_time(&self) -> (Pose, View) {
-        self.shot.at(&self.scene, 0.0)
-    }
-
     /// The box of the scene over all that plays.
     fn bounds(&self) -> Bounds {
         *self.bounds.get_or_init(|| self.scene.bounds_of(&self.shot.playback))
@@ -249,8 +247,8 @@ impl Opened {
 
     /// The settings, with smaller voxels about the camera where the scene asks for them; says so then.
     pub fn fitted(&self, settings: Settings) -> Settings {
-        let (pose, view) = self.at_time();
-        match fitted_to_camera(&settings, Still::new(&self.scene, &pose, &view), self.bounds()) {
+        let (pose, view) = &self.still;
+        match fitted_to_camera(&settings, Still::new(&self.scene, pose, view), self.bounds()) {
             Some((fitted, words)) => {
                 out::warn(&format!("note: {}: {words}", self.scene.name));
                 fitted

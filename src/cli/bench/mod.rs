@@ -174,7 +174,7 @@ impl Bench<'_> {
             let mut names = (1..).map(|k| if k == 1 { name.clone() } else { format!("{name} {k}") });
             let is_free = |name: &String| scenes.iter().all(|other| other.name != *name);
             let name = names.find(is_free).expect("numbers do not end");
-            let (pose, view) = opened.at_time();
+            let (pose, view) = opened.still.clone();
             scenes.push(ChartScene {
                 name,
                 view,

@@ -55,10 +55,9 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
     interrupt::install()?;
     let (opened, context) = scene.open_on(&args.run)?;
     let settings = opened.fitted(settings);
-    let (pose, _) = opened.at_time();
     let options = opened.run_options(&args.run);
     let work = Work::begin("demo: making passes");
-    let mut renderer = Renderer::new(&context, opened.scene, &pose, settings.clone(), options)?;
+    let mut renderer = Renderer::new(&context, opened.scene, &opened.still.0, settings.clone(), options)?;
     report::say_compiled(&context);
     let (mut progress, mut timings) = (FrameProgress::new(work, WARM_UP + count), Timings::new(WARM_UP as usize));
     for frame in 0..WARM_UP + count {

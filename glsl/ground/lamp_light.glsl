@@ -17,7 +17,11 @@ LampLight no_lamp_light() {
 }
 
 #ifndef METHOD_LAMP_SHARES
-vec2 method_lamp_shares(Surface s, Lobes lobes, vec3 view, LampPoint to) {
+float lamp_points_over_light(Surface s) {
+    return 0.0;
+}
+
+vec2 method_lamp_shares(Surface s, Lobes lobes, vec3 view, LampPoint to, float over_light) {
     return vec2(lamps_in_lobe(s.roughness), lamps_in_lobe(s.finish.coat_roughness));
 }
 #endif
@@ -26,6 +30,7 @@ LampLight lamp_light(Surface s, vec3 view) {
     Lobes lobes = lobes_towards(s, view);
     vec2 random = place_random(s.position);
     LampLight sum = no_lamp_light();
+    float over_light = feature(FEATURE_SPECULAR) ? lamp_points_over_light(s) : 0.0;
     float lit = 0.0;
     float unshadowed = 0.0;
     for (uint i = 0u; i < lamp_points(); i++) {
@@ -37,7 +42,7 @@ LampLight lamp_light(Surface s, vec3 view) {
             unshadowed += brightest(to.irradiance);
             if (feature(FEATURE_SPECULAR)) {
                 Brdf f = brdf(s, view, normalize(to.point - s.position));
-                vec2 shares = method_lamp_shares(s, lobes, view, to);
+                vec2 shares = method_lamp_shares(s, lobes, view, to, over_light);
                 sum.specular += shares.x * arriving * f.specular;
                 if (feature(FEATURE_LAYERS)) {
                     sum.specular += arriving * (f.sheen + shares.y * f.coat);

@@ -76,6 +76,44 @@ float importance(uint node, vec3 position, vec3 normal) {
     return n.power * (seen_sine < 1.0 ? to * from : 1.0) / max(distance * distance, n.radius * n.radius);
 }
 
+// What a node's pieces would give a place whose surface has that normal, if nothing stood between, roughly: as of a
+// disc about their middle.
+float lamps_about(uint node, vec3 position, vec3 normal) {
+    COUNT(WORDS, 9u);
+    LampNode n = lamp_nodes[node];
+    vec3 d = n.center - position;
+    float distance2 = max(dot(d, d), 1e-20);
+    d *= inversesqrt(distance2);
+    float seen_sine = min(n.radius * inversesqrt(distance2), 1.0);
+    float spread_sine = n.spread_cosine < 0.0 ? 1.0 : sqrt(max(1.0 - n.spread_cosine * n.spread_cosine, 0.0));
+    // Of what lies partly below the horizon, the part above.
+    float to = max(dot(d, normal) + seen_sine, 0.0) / (1.0 + seen_sine);
+    float from = max(spread_sine - dot(d, n.axis), 0.0) / (1.0 + spread_sine);
+    return 0.5 * n.power * to * from / (distance2 + n.radius * n.radius); // power: twice the area times the radiance
+}
+
+// What all lamps would give there: the sum along the way down the tree that goes where most comes from. With a tree
+// alone.
+float lamps_irradiance(vec3 position, vec3 normal) {
+    uint first = 0u;
+    uint end = frame.lamp_count;
+    uint node = 1u;
+    float taken = lamps_about(node, position, normal);
+    float beside = 0.0;
+    for (uint k = 0u; k < 32u && first + 1u < end; k++) {
+        float low = lamps_about(2u * node, position, normal);
+        float high = lamps_about(2u * node + 1u, position, normal);
+        bool goes_low = low >= high;
+        taken = max(low, high);
+        beside += min(low, high);
+        uint middle = (first + end) / 2u;
+        first = goes_low ? first : middle;
+        end = goes_low ? middle : end;
+        node = 2u * node + (goes_low ? 0u : 1u);
+    }
+    return taken + beside;
+}
+
 struct LampChoice {
     uint index;
     float probability;

@@ -313,8 +313,9 @@ fn a_rough_floor_sends_grazing_light_onwards() {
     assert!((energy - 1.0).abs() < 0.03, "{energy}");
 }
 
-/// A floor with that roughness, as a dielectric or a metal, and a square lamp of half a metre so many metres above it.
-fn lamp_above_a_floor(roughness: f32, metallic: f32, height: f32) -> Scene {
+/// A floor with that roughness, as a dielectric or a metal, and a square lamp of half a metre so many metres above it; far above,
+/// `far` rows of as many small lamps.
+fn lamp_above_a_floor(roughness: f32, metallic: f32, height: f32, far: usize) -> Scene {
     let mut scene = Scene::empty("a lamp above a floor");
     let floor = Material { roughness, metallic, specular: 1.0, ..Material::lambert("floor", Vec3::splat(0.5)) };
     let lamp = Material { emissive: Vec3::splat(10.0), ..Material::lambert("lamp", Vec3::ZERO) };
@@ -322,9 +323,15 @@ fn lamp_above_a_floor(roughness: f32, metallic: f32, height: f32) -> Scene {
         (floor, Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0),
         (lamp, Vec3::new(-0.25, height, -0.25), Vec3::X * 0.5, Vec3::Z * 0.5),
     ];
-    for (material, corner, u, v) in quads {
+    let [_, lamp] = quads.map(|(material, corner, u, v)| {
         let material = scene.add_material(material);
         scene.add_mesh(Mesh::quad("quad", material, corner, u, v), DAffine3::IDENTITY);
+        material
+    });
+    for (i, k) in (0..far).flat_map(|i| (0..far).map(move |k| (i, k))) {
+        let corner = Vec3::new(-1.5 + 0.6 * i as f32, 2.2, -1.5 + 0.6 * k as f32);
+        let quad = Mesh::quad("far", lamp, corner, Vec3::X * 0.1, Vec3::Z * 0.1);
+        scene.add_mesh(quad, DAffine3::IDENTITY);
     }
     let (eye, target) = (DVec3::new(0.0, 1.2, 2.4), DVec3::new(0.0, 0.0, 0.6));
     scene.add_camera(&View::look_at(eye, target, DVec3::Y, 40f32.to_radians()));
@@ -336,15 +343,17 @@ fn lamp_above_a_floor(roughness: f32, metallic: f32, height: f32) -> Scene {
 fn a_lamps_reflection_in_a_floor_is_whole_and_without_sparks() {
     // More where a pixel has one ray for a narrow lobe, on a metal, which has nothing gathered, and close to the lamp.
     let cases = [
-        (0.1, 0.0, 1.0, 3.0),
-        (0.2, 0.0, 1.0, 2.5),
-        (0.2, 1.0, 1.0, 3.0),
-        (0.5, 1.0, 1.0, 2.5),
-        (0.3, 1.0, 0.15, 5.0),
-        (0.5, 0.0, 0.15, 5.0),
+        (0.1, 0.0, 1.0, 0, 3.0),
+        (0.2, 0.0, 1.0, 0, 2.5),
+        (0.2, 1.0, 1.0, 0, 3.0),
+        (0.5, 1.0, 1.0, 0, 2.5),
+        (0.3, 1.0, 0.15, 0, 5.0),
+        (0.5, 0.0, 0.15, 0, 5.0),
+        (0.3, 0.0, 0.25, 6, 2.2),
+        (0.4, 1.0, 0.25, 6, 7.0),
     ];
-    for (roughness, metallic, height, most) in cases {
-        let scene = lamp_above_a_floor(roughness, metallic, height);
+    for (roughness, metallic, height, far, most) in cases {
+        let scene = lamp_above_a_floor(roughness, metallic, height, far);
         let (view, stop) = (view(&scene), Stop::Samples(1024));
         let options = Options { width: SIZE, height: SIZE, depth: Depth::Bounces(0), stop, seed: 0, occlusion: false };
         let truth = film(&scene, &view, &options).layers(&[Aov::Direct]);
@@ -362,12 +371,10 @@ fn a_lamps_reflection_in_a_floor_is_whole_and_without_sparks() {
         let worst = counts.iter().map(|i| ratio(&one, *i)).fold(0.0, f64::max);
         let sum = |image: &[[f32; 3]]| counts.iter().map(|i| f64::from(image[*i][1])).sum::<f64>();
         let energy = sum(&direct(&["image.passes=16"])) / sum(truth);
-        println!("roughness {roughness}, metallic {metallic}, {height} m: worst {worst:.3}, energy {energy:.4}");
-        assert!(
-            worst < most,
-            "roughness {roughness}, metallic {metallic}, {height} m: a pixel is {worst:.2} times too bright"
-        );
-        assert!((energy - 1.0).abs() < 0.02, "roughness {roughness}, metallic {metallic}, {height} m: {energy}");
+        let case = format!("roughness {roughness}, metallic {metallic}, {height} m, {far}² others");
+        println!("{case}: worst {worst:.3}, energy {energy:.4}");
+        assert!(worst < most, "{case}: a pixel is {worst:.2} times too bright");
+        assert!((energy - 1.0).abs() < 0.02, "{case}: {energy}");
     }
 }
 

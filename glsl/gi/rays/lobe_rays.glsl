@@ -61,12 +61,25 @@ float mirrored_rays_about(Surface s, Lobes lobes, vec3 v, vec3 l) {
     return alpha < MIN_ALPHA ? SHARP : float(mirrored_rays(s, lobes)) * spread;
 }
 
-// Points on lamps per steradian, about one of a lamp of that shine and facet normal; `way` leads from the surface to
-// it. A lamp's share of all points is taken to be its share of all shine.
-float lamp_points_about(float shine, vec3 normal, vec3 way) {
-    float distance2 = dot(way, way);
+// How many points on lamps a place has, over all that they stand for: over the irradiance where they are chosen for the
+// place, else over all shine.
+float lamp_points_over_light(Surface s) {
+    float light = frame.lamp_tree != 0u ? lamps_irradiance(s.position, s.facet) : frame.lamp_shine;
+    return float(LAMP_POINTS) / max(light, 1e-20);
+}
+
+// How many points count for a pixel, over those of one place: what scatters light shares them with its neighbours.
+float points_shared(Surface s) {
+    return frame.lamp_tree != 0u && scatters(s) ? 2.0 : 1.0;
+}
+
+// Points on lamps per steradian, about one of a lamp of that shine and facet normal, seen from a surface that lies in
+// `facet`; `way` leads there. `over_light`: points over all light.
+float lamp_points_about(float shine, vec3 normal, vec3 way, vec3 facet, float over_light) {
+    float way2 = dot(way, way);
     float towards = max(abs(dot(way, normal)), 1e-6);
-    return float(LAMP_POINTS) * shine * distance2 * sqrt(distance2) / (towards * max(frame.lamp_shine, 1e-20));
+    float to_place = max(dot(way, facet), 0.0) * inversesqrt(max(way2, 1e-20));
+    return over_light * shine * (frame.lamp_tree != 0u ? to_place : way2 * sqrt(way2) / towards);
 }
 
 // The weight of a sample where its own way has `own` samples per steradian and the other way has `other`.
@@ -75,26 +88,20 @@ float share_of(float own, float other) {
     return 1.0 / (1.0 + ratio * ratio);
 }
 
-// The share of lamps' light that is left to points on them, whatever rays could find: single rays of a wide lobe meet a
-// lamp here and there, where points, which neighbours share, are even.
-float points_alone(float roughness) {
-    return smoothstep(0.2, 0.35, roughness);
-}
-
 // The share of a lamp's light in the lobe that a point on it finds.
-float point_share(Surface s, Lobes lobes, vec3 view, vec3 position, LampPoint to) {
+float point_share(Surface s, Lobes lobes, vec3 view, vec3 position, LampPoint to, float over_light) {
     vec3 way = to.point - position;
     float rays = mirrored_rays_about(s, lobes, view, normalize(way));
-    float beside_rays = to.here * share_of(lamp_points_about(to.shine, to.normal, way), rays);
-    return rays > 0.0 ? mix(beside_rays, 1.0, points_alone(s.roughness)) : 1.0;
+    float points = lamp_points_about(to.shine, to.normal, way, s.facet, points_shared(s) * over_light);
+    return rays > 0.0 ? to.here * share_of(points, rays) : 1.0;
 }
 
 #define METHOD_LAMP_SHARES
 // Of the specular lobe and of the coat's.
-vec2 method_lamp_shares(Surface s, Lobes lobes, vec3 view, LampPoint to) {
-    vec2 shares = vec2(point_share(s, lobes, view, s.position, to), 1.0);
+vec2 method_lamp_shares(Surface s, Lobes lobes, vec3 view, LampPoint to, float over_light) {
+    vec2 shares = vec2(point_share(s, lobes, view, s.position, to, over_light), 1.0);
     if (feature(FEATURE_CLEARCOAT)) {
-        shares.y = point_share(coat_of(s), coat_lobes(lobes), view, s.position, to);
+        shares.y = point_share(coat_of(s), coat_lobes(lobes), view, s.position, to, over_light);
     }
     return shares;
 }

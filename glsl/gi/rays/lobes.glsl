@@ -71,8 +71,9 @@ vec3 go_on_mirrored(Surface s, inout vec3 d) {
 // mirrors the share that it shows sharply. Nothing is seen unless it `sends`. `views`: the ray goes on as the view
 // came, and to the view backs that have no side are not there. `mirrors`: between the eye and there. `rays`: how many
 // look about that way, per steradian; SHARP where these find all of the lamps' light and points on lamps nothing.
-Seen look_along(
-    vec3 position, vec3 facet, vec3 d, float aperture, float bright, bool sends, bool views, uint mirrors, float rays) {
+// `points`: on lamps, over all light.
+Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright, bool sends, bool views, uint mirrors,
+    float rays, float points) {
     Seen seen = Seen(vec3(0.0), vec3(0.0));
     vec3 origin = ray_start(position, facet, d);
     vec3 through = vec3(1.0);
@@ -109,8 +110,8 @@ Seen look_along(
         seen.light += through * sent * stays;
         vec3 emitted = through * (met.dark || s.unlit ? 0.0 : s.opacity) * s.emitted;
         if (mirrors < 2u) {
-            float points = lamp_points_about(brightest(m.emissive), met.normal, way * d);
-            seen.lamps += emitted * share_of(rays, points);
+            float about = lamp_points_about(brightest(m.emissive), met.normal, way * d, facet, points);
+            seen.lamps += emitted * share_of(rays, about);
         } else if (LAMPS == LAMPS_SAMPLED) {
             seen.light += emitted * frame.scale; // its light came by a bounce
         }
@@ -170,6 +171,8 @@ Outgoing look_in_lobes(Surface s, Viewed viewed) {
     mirrored = inside && mirrored > 0u ? lobe_ray_count(alpha, 1.0) : mirrored;
     uint transmitted = transmits ? lobe_ray_count(alpha, s.transmission) : 0u;
     float aperture = ggx_aperture(s.roughness);
+    bool finds_lamps = LAMPS == LAMPS_SAMPLED && mirrored > 0u && alpha >= MIN_ALPHA;
+    float points = finds_lamps ? points_shared(s) * lamp_points_over_light(s) : 0.0;
     for (uint i = 0u; i < mirrored + transmitted; i++) {
         bool reflects = i < mirrored;
         uint count = reflects ? mirrored : transmitted;
@@ -199,10 +202,10 @@ Outgoing look_in_lobes(Surface s, Viewed viewed) {
         float spread = reflects ? 2.0 * viewed.bend : 0.0;
         Seen seen = look_along(s.position, s.facet, d, length(vec2(spread, aperture / sqrt(float(count)))),
             reflects ? 1.0 - lamps_in_lobe(s.roughness) : 1.0, sends, !reflects && thin && smooth_lobe,
-            reflects ? 1u : 0u, reflects ? mirrored_rays_about(s, lobes, view, d) : SHARP);
+            reflects ? 1u : 0u, reflects ? mirrored_rays_about(s, lobes, view, d) : SHARP, points);
         sum.indirect += weight * (reflects ? by_rays : 1.0) * seen.light;
         if (LAMPS == LAMPS_SAMPLED) {
-            vec3 lamps = weight * (reflects ? 1.0 - points_alone(s.roughness) : 1.0) * seen.lamps;
+            vec3 lamps = weight * seen.lamps;
             sum.direct += reflects || thin ? lamps : vec3(0.0);
             sum.indirect += reflects || thin ? vec3(0.0) : lamps * frame.scale;
         }

@@ -1,10 +1,14 @@
-// Data that every method reads: the frame, the scene, the lists.
+// Data that every method reads: the frame, the scene, the lists. A shader that writes globals defines WRITES_GLOBALS.
 
 #include "ground/constants.glsl"
 #include "ground/frame.glsl"
 #include "ground/layout.glsl"
 
+#ifdef WRITES_GLOBALS
+layout(scalar) buffer GlobalsBuffer { Globals globals; };
+#else
 layout(scalar) readonly buffer GlobalsBuffer { Globals globals; };
+#endif
 layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
 layout(scalar) readonly buffer ListItems { ListItem list_items[]; };
 layout(scalar) readonly buffer Heads { uint heads[]; };

@@ -68,7 +68,7 @@ pub(super) fn shape(desc: &FrameDesc) -> ImageShape {
 
 fn shape_of(desc: &FrameDesc, features: Features) -> ImageShape {
     let wants = wants(desc.settings, features);
-    ImageShape::new(&desc.settings.image, &wants, desc.size, desc.outputs)
+    ImageShape::new(&desc.settings.image, &wants, features.has(Features::BLEND), desc.size, desc.outputs)
 }
 
 /// `features`: of the scene.

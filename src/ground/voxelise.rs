@@ -185,9 +185,14 @@ fn pushes(lists: &Lists, boxes: u32) -> Vec<GridPush> {
     (0..=boxes).map(push).collect()
 }
 
-/// A draw of everything that was recorded.
 impl Ground {
+    /// A draw of everything that was recorded.
     pub fn recorded(&self) -> DrawCall<'_> {
         DrawCall::Indirect { buffer: &self.base().globals, offset: 0 }
+    }
+
+    /// A draw of all blended triangles.
+    pub fn recorded_blended(&self) -> DrawCall<'_> {
+        DrawCall::Direct { vertices: 3 * self.desc.counts.blended, instances: 1 }
     }
 }

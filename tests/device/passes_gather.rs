@@ -16,7 +16,8 @@ use twobounce::reference::cache::Cache;
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{
-    Image, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap, analytic,
+    Alpha, Image, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap,
+    analytic,
 };
 use twobounce::settings::{Bounces, Settings};
 use twobounce::stability::cases;
@@ -337,4 +338,40 @@ fn a_rough_floor_has_no_sparks() {
     // by 16 of them.
     let ratio = mean(&render(&gpu::with(settings, &["rays.diffuse=64"]))) / mean(truth);
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+}
+
+/// A room that a lamp lights, and a sheet across it that hides what is behind: opaque, or blended with an alpha of 1.
+fn sheet_in_a_room(alpha: Alpha) -> Scene {
+    let mut scene = Scene::empty("a sheet in a room");
+    let white = scene.add_material(Material { double_sided: true, ..Material::lambert("white", Vec3::splat(0.7)) });
+    let sheet = scene.add_material(Material { alpha, ..Material::lambert("sheet", Vec3::splat(0.5)) });
+    let lamp = scene.add_material(Material { emissive: Vec3::splat(10.0), ..Material::lambert("lamp", Vec3::ZERO) });
+    scene.add_mesh(Mesh::cuboid("room", white, -Vec3::ONE, Vec3::ONE, true), DAffine3::IDENTITY);
+    for (material, corner, u, v) in [
+        (sheet, Vec3::new(-0.9, -0.9, -0.5), Vec3::X * 1.8, Vec3::Y * 1.8),
+        (lamp, Vec3::new(-0.2, 0.98, 0.2), Vec3::X * 0.4, Vec3::Z * 0.4),
+    ] {
+        scene.add_mesh(Mesh::quad("quad", material, corner, u, v), DAffine3::IDENTITY);
+    }
+    scene
+}
+
+/// Light is gathered for the nearest blended surface as for the nearest opaque one. Where each pixel looks for itself, as behind
+/// another blended surface, the sheet shows the pattern of its directions.
+#[test]
+fn a_blended_sheet_gathers_as_an_opaque_one() {
+    let view = View::look_at(DVec3::new(0.0, 0.0, 0.9), DVec3::new(0.0, 0.0, -0.5), DVec3::Y, 0.9);
+    let settings = gpu::with(Settings::preset("fast").expect("a preset"), &["voxels=32"]);
+    let indirect = |scene: &Scene| {
+        let image = gpu::render_layers(&gpu::context(), scene, &settings, 64, view, vec![Aov::Indirect]).read();
+        image.get(Aov::Indirect).expect("asked for").to_vec()
+    };
+    let opaque = indirect(&sheet_in_a_room(Alpha::Opaque));
+    let apart = |image: &[[f32; 3]]| {
+        let squares = image.iter().zip(&opaque).map(|(a, b)| f64::from(a[1] / b[1] - 1.0).powi(2));
+        (squares.sum::<f64>() / opaque.len() as f64).sqrt()
+    };
+    let blended = apart(&indirect(&sheet_in_a_room(Alpha::Blend)));
+    // A shadow ray may pass what is blended otherwise than what is opaque; list items stand at other places of their voxels.
+    assert!(blended < 0.02, "{blended}");
 }

@@ -36,7 +36,7 @@ void main() {
     for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
         covered |= seen_by(at, i) == id ? 1u << i : 0u;
     }
-    Shown shown = shade(in_triangle, in_back != 0u, at + uvec2(0u, push.first_seen), covered);
+    Shown shown = shade(in_triangle, in_back != 0u, at + uvec2(0u, push.first_seen), covered, true);
     out_beauty = shown.beauty;
 #ifdef AOVS
     out_direct = shown.direct;

@@ -2,7 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // Makes fragments of the samples that see blended triangles: one for all samples of a pixel that see a triangle, sorted
-// back to front, and where depths are equal in the scene's order. A thread per pixel.
+// back to front, and where depths are equal in the scene's order; marks those that others stand before. A thread per
+// pixel.
 
 #define LISTS_FRAGMENTS
 #include "common/count.glsl"
@@ -110,5 +111,12 @@ void main() {
     for (uint entry = head; entry != 0u; entry = blended_samples[entry - 1u].next) {
         BlendedSample own = blended_samples[entry - 1u];
         fragments[slot++] = fragment(at, own.covered, own.seen);
+    }
+    uint before = 0u; // samples that a nearer one covers
+    for (uint k = 0u; k < count; k++) {
+        slot--;
+        uint covered = samples_of(fragments[slot]);
+        fragments[slot].seen |= (covered & ~before) == 0u ? BEHIND : 0u;
+        before |= covered;
     }
 }

@@ -7,8 +7,10 @@
 
 struct Fragment {
     uint place; // of the pixel among those that a band sees: across, down; above, the samples that see the triangle
-    uint seen; // as in the visibility buffer
+    uint seen; // as in the visibility buffer; of a blended surface that others hide in all its samples, with BEHIND
 };
+
+const uint BEHIND = 1u << 31u;
 
 const uint ACROSS_BITS = 15u;
 const uint PLACE_BITS = 28u;
@@ -46,6 +48,10 @@ Fragment fragment(uvec2 place, uint covered, uint seen) {
 uvec2 place_of(Fragment f) {
     return uvec2(
         f.place & (1u << ACROSS_BITS) - 1u, bitfieldExtract(f.place, int(ACROSS_BITS), int(PLACE_BITS - ACROSS_BITS)));
+}
+
+uint seen_of(Fragment f) {
+    return f.seen & ~BEHIND;
 }
 
 uint samples_of(Fragment f) {

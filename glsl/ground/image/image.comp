@@ -33,7 +33,8 @@ void main() {
     COUNT(WORDS, 3u);
     Fragment f = fragments[slot];
     uvec2 pixel = place_of(f) + uvec2(0u, push.first_seen);
-    Shown shown = shade((f.seen - 1u) / 2u, (f.seen & 1u) == 0u, pixel, samples_of(f));
+    uint seen = seen_of(f);
+    Shown shown = shade((seen - 1u) / 2u, (seen & 1u) == 0u, pixel, samples_of(f), (f.seen & BEHIND) == 0u);
 #ifndef ASKS
     ivec2 at = fragment_texel(slot, imageSize(shaded[0]).x);
     imageStore(shaded[0], at, shown.beauty);

@@ -6,6 +6,8 @@
 // Of the distance between two places, how far off their surface the ray between them runs. The surface may bend as much
 // as a circle whose radius is 1.25 times that distance; what stands less high than the ray goes unseen.
 const float LINK_LIFT = 0.1;
+// Of the light, what must come through all that stands between: a pane that dims it parts two places as a wall does.
+const float LINK_CLEAR = 0.9;
 
 // Unit normals n and m. The places must not be the same.
 bool linked(vec3 p, vec3 n, vec3 q, vec3 m) {
@@ -13,5 +15,5 @@ bool linked(vec3 p, vec3 n, vec3 q, vec3 m) {
     vec3 from = p + lift * n;
     vec3 way = q + lift * m - from;
     float distance = length(way);
-    return any(greaterThan(trace_shadow_ray(from, way / max(distance, 1e-9), distance), vec3(0.0)));
+    return all(greaterThan(trace_shadow_ray(from, way / max(distance, 1e-9), distance), vec3(LINK_CLEAR)));
 }

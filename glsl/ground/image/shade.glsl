@@ -62,8 +62,8 @@ float normal_bend(Attributes attributes, PlaceOnTriangle at) {
 }
 
 // `pixel`: of the image. `covered`: its samples that see the triangle. All of them: its middle is shaded; else the
-// middle of these, which lies in the triangle as well.
-Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
+// middle of these, which lies in the triangle as well. `nearest`: light is gathered for the nearest surfaces of a kind.
+Shown shade(uint triangle, bool back, uvec2 pixel, uint covered, bool nearest) {
     Triangle t = triangles[triangle];
     Attributes attributes = attributes_of(triangle);
     COUNT(TRIANGLES, 1u);
@@ -95,10 +95,11 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered) {
         }
     }
 #endif
-#ifdef GATHERED
-    Gathered gathered = gathered_nearby(pixel, s.position, s.normal, narrowest_alpha(s));
-#else
     Gathered gathered = nothing_gathered();
+#ifdef GATHERED
+    for (uint i = 0u; i < (nearest ? 1u : 0u); i++) {
+        gathered = gathered_nearby(pixel, s.position, s.normal, narrowest_alpha(s));
+    }
 #endif
     // A surface of which no gathered pixel shows anything looks up for itself, one at an edge looks for lamps itself,
     // and so does every far side: that is not gathered with neighbours, so it takes all directions that these would

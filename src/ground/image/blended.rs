@@ -12,8 +12,8 @@ use crate::Result;
 use crate::ground::constants::with;
 use crate::ground::memory_plan::MemoryRow;
 use crate::vk::{
-    Bind, Buffer, BufferKind, CompareOp, Compute, ComputeDesc, Context, DepthDesc, DrawCall, Load, Raster, RasterDesc,
-    Recorder, Rect, RenderTarget, Sampler,
+    Bind, Buffer, BufferKind, CompareOp, Compute, ComputeDesc, Context, DepthDesc, Load, Raster, RasterDesc, Recorder,
+    Rect, RenderTarget, Sampler,
 };
 
 /// An entry of a list of samples.
@@ -99,11 +99,10 @@ impl Blended {
         let mut all = ground.image_binds();
         all.push(Bind::buffer("blended_sample_count", &self.samples));
         all.push(Bind::buffer("blended_heads", &self.heads));
-        let call = DrawCall::Direct { vertices: 3 * ground.desc.counts.blended, instances: 1 };
         let lister = self.lister.select(&all);
         let area = Rect { x: 0, y: of.rows.first as i32, width: of.shape().width, height: of.rows.count };
         let target = RenderTarget { area: Some(area), ..visibility.target(of, Load::Load) };
-        r.raster(&target, |pass| pass.draw(&self.lister, &lister, &(), call));
+        r.raster(&target, |pass| pass.draw(&self.lister, &lister, &of.push(), ground.recorded_blended()));
         r.full_barrier();
         all.push(Bind::buffer("fragment_count", &self.list));
         all.push(Bind::buffer("blended_of_pixels", &self.of_pixels));

@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use super::target::ImageShape;
+use super::visibility::Nearest;
 use super::{BandFrame, ImagePassDesc, LightReader, LightUse};
 use crate::Result;
 use crate::ground::Ground;
@@ -59,15 +60,19 @@ pub struct GatherShape {
     lobes: bool,
     /// Whether rays tell which gathered pixels share light: the constant `LINKED`.
     pub links: bool,
+    /// Whether light is gathered for blended surfaces too, the nearest of each place.
+    pub blended: bool,
 }
 
 impl GatherShape {
-    pub fn new(settings: &ImageSettings, wants: &Wants) -> Self {
+    /// `blended`: whether the scene has such surfaces.
+    pub fn new(settings: &ImageSettings, wants: &Wants, blended: bool) -> Self {
         Self {
             scale: settings.gather_resolution.scale(),
             margin: settings.interleave / 2 + 2 + WIDER,
             lobes: wants.gathers_lobes,
             links: wants.rays,
+            blended,
         }
     }
 
@@ -113,20 +118,62 @@ impl GatherShape {
     /// Bytes of [`Gather::new`].
     pub fn plan(&self, shape: &ImageShape) -> MemoryRow {
         let pixels = u64::from(self.size(shape).0) * u64::from(self.most_rows(shape));
-        ("gathered light", pixels * self.pixel_bytes())
+        ("gathered light", pixels * self.pixel_bytes() * shape.gathered_layers())
     }
 }
 
 pub struct Gather {
     of: GatherShape,
+    gather: LightReader,
+    /// Where rays tell which pixels share: the pass that finds them.
+    link: Option<Compute>,
+    share: Compute,
+    opaque: Gathered,
+    blended: Option<Gathered>,
+}
+
+/// What is gathered for the nearest surfaces of one kind.
+struct Gathered {
     surfaces: Image,
+    /// The surfaces with links to those that share light with them.
+    linked: Option<Image>,
     lights: Vec<Image>,
     /// Means of `lights` over neighbouring pixels; the image reads these.
     shared: Vec<Image>,
-    gather: LightReader,
-    /// Where rays tell which pixels share, the surfaces with these links, and the pass that finds them.
-    linked: Option<(Image, Compute)>,
-    share: Compute,
+}
+
+impl Gathered {
+    fn new(context: &Arc<Context>, shape: &ImageShape, of: &GatherShape) -> Result<Self> {
+        let (width, height) = (of.size(shape).0, of.most_rows(shape));
+        let usage = ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED;
+        let image = |label: &str, format| {
+            Image::new(context, &ImageDesc { label, format, width, height, usage, ..Default::default() })
+        };
+        let lights = |stage: usize| {
+            let names = of.lights().iter().map(move |names| names[stage].replace('_', " "));
+            names.map(|name| image(&name, LIGHT_FORMAT)).collect::<Result<_>>()
+        };
+        Ok(Self {
+            surfaces: image("gathered surfaces", SURFACE_FORMAT)?,
+            linked: of.links.then(|| image("linked surfaces", SURFACE_FORMAT)).transpose()?,
+            lights: lights(0)?,
+            shared: lights(2)?,
+        })
+    }
+
+    fn bind_surfaces<'a>(&'a self, ground: &'a Ground) -> Bind<'a> {
+        let surfaces = self.linked.as_ref().unwrap_or(&self.surfaces);
+        Bind::image("surfaces", surfaces.view(), &ground.scene.texel_sampler)
+    }
+
+    /// Images that the image's passes read.
+    fn binds<'a>(&'a self, ground: &'a Ground) -> impl Iterator<Item = Bind<'a>> {
+        let texels = &ground.scene.texel_sampler;
+        // A binding that a shader declares but never reads must still be given an image.
+        let shared = self.shared.iter().chain(std::iter::repeat(&self.shared[0])).zip(LIGHTS);
+        std::iter::once(self.bind_surfaces(ground))
+            .chain(shared.map(|(image, [.., name])| Bind::image(name, image.view(), texels)))
+    }
 }
 
 impl Gather {
@@ -134,12 +181,6 @@ impl Gather {
     /// Too little memory, or a lost device.
     pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, shape: &ImageShape, of: GatherShape) -> Result<Self> {
         let ImagePassDesc { method, ref constants, .. } = *desc;
-        let (width, height) = (of.size(shape).0, of.most_rows(shape));
-        let usage = ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED;
-        let image = |label: &str, format| {
-            Image::new(context, &ImageDesc { label, format, width, height, usage, ..Default::default() })
-        };
-        let lights = of.lights();
         let shader = format!("ground/image/gather.comp {method}");
         let gather = desc.light_reader(context, "gather", &shader)?;
         let shader = if of.lobes { "ground/image/share.comp LOBES" } else { "ground/image/share.comp" };
@@ -147,31 +188,30 @@ impl Gather {
         let link = ComputeDesc { label: "links", shader: "ground/image/links.comp", constants };
         Ok(Self {
             of,
-            surfaces: image("gathered surfaces", SURFACE_FORMAT)?,
-            lights: lights
-                .iter()
-                .map(|[name, ..]| image(&name.replace('_', " "), LIGHT_FORMAT))
-                .collect::<Result<_>>()?,
-            shared: lights
-                .iter()
-                .map(|[.., name]| image(&name.replace('_', " "), LIGHT_FORMAT))
-                .collect::<Result<_>>()?,
             gather,
-            linked: of
-                .links
-                .then(|| Ok((image("linked surfaces", SURFACE_FORMAT)?, Compute::new(context, &link)?)))
-                .transpose()?,
+            link: of.links.then(|| Compute::new(context, &link)).transpose()?,
             share: Compute::new(context, &share)?,
+            opaque: Gathered::new(context, shape, &of)?,
+            blended: of.blended.then(|| Gathered::new(context, shape, &of)).transpose()?,
         })
     }
 
-    /// Gathers for one band of the image. `binds`: fragments, and what the method's look-up binds beside the ground.
-    pub fn record<'a>(&'a self, r: &mut Recorder, of: &BandFrame<'a>, mut binds: Vec<Bind<'a>>) {
+    fn gathered(&self, nearest: Nearest) -> &Gathered {
+        match (nearest, &self.blended) {
+            (Nearest::Blended, Some(blended)) => blended,
+            _ => &self.opaque,
+        }
+    }
+
+    /// Gathers for one band of the image. `binds`: fragments of the nearest surfaces, and what the method's look-up binds beside the
+    /// ground.
+    pub fn record<'a>(&'a self, r: &mut Recorder, of: &BandFrame<'a>, nearest: Nearest, mut binds: Vec<Bind<'a>>) {
+        let gathered = self.gathered(nearest);
         let (ground, rows, width) = (of.ground(), self.rows(of), self.of.size(of.shape()).0);
         let groups = [width.div_ceil(GROUP), rows.count.div_ceil(GROUP), 1];
-        binds.push(Bind::storage_image("gathered_surfaces", self.surfaces.view()));
+        binds.push(Bind::storage_image("gathered_surfaces", gathered.surfaces.view()));
         // An image that is declared but never written must be given something.
-        let lights = self.lights.iter().chain(std::iter::repeat(&self.lights[0])).zip(LIGHTS);
+        let lights = gathered.lights.iter().chain(std::iter::repeat(&gathered.lights[0])).zip(LIGHTS);
         binds.extend(lights.map(|(image, [name, ..])| Bind::storage_image(name, image.view())));
         let pass = self.gather.for_use(of.light);
         let binds = pass.select(&binds);
@@ -183,9 +223,9 @@ impl Gather {
         r.full_barrier();
         let texels = &ground.scene.texel_sampler;
         let push = OwnRowsPush { rows: rows.count };
-        if let Some((surfaces, link)) = &self.linked {
+        if let (Some(link), Some(surfaces)) = (&self.link, &gathered.linked) {
             let mut binds = ground.image_binds();
-            binds.push(Bind::image("gathered", self.surfaces.view(), texels));
+            binds.push(Bind::image("gathered", gathered.surfaces.view(), texels));
             binds.push(Bind::storage_image("linked_surfaces", surfaces.view()));
             r.dispatch(link, &link.select(&binds), &push, groups);
             r.full_barrier();
@@ -193,9 +233,11 @@ impl Gather {
         if of.light == LightUse::Asks {
             return; // nothing was gathered yet
         }
-        let mut binds = vec![Bind::buffer("frame", &ground.frame), self.bind_surfaces(ground)];
-        binds.extend(self.named(&self.lights, 1).map(|(image, name)| Bind::image(name, image.view(), texels)));
-        binds.extend(self.named(&self.shared, 2).map(|(image, name)| Bind::storage_image(name, image.view())));
+        let mut binds = vec![Bind::buffer("frame", &ground.frame), gathered.bind_surfaces(ground)];
+        let of_lights = gathered.lights.iter().zip(LIGHTS);
+        binds.extend(of_lights.map(|(image, [_, name, _])| Bind::image(name, image.view(), texels)));
+        let of_shared = gathered.shared.iter().zip(LIGHTS);
+        binds.extend(of_shared.map(|(image, [.., name])| Bind::storage_image(name, image.view())));
         r.dispatch(&self.share, &binds, &push, groups);
         r.full_barrier();
     }
@@ -204,30 +246,16 @@ impl Gather {
         self.of.rows(of.shape(), Rows { first: of.band.first_row, count: of.band.rows })
     }
 
-    fn named<'a>(
-        &self,
-        images: &'a [Image],
-        stage: usize,
-    ) -> impl Iterator<Item = (&'a Image, &'static str)> + use<'a> {
-        images.iter().zip(LIGHTS).map(move |(image, names)| (image, names[stage]))
-    }
-
-    fn bind_surfaces<'a>(&'a self, ground: &'a Ground) -> Bind<'a> {
-        let surfaces = self.linked.as_ref().map_or(&self.surfaces, |(image, _)| image);
-        Bind::image("surfaces", surfaces.view(), &ground.scene.texel_sampler)
-    }
-
-    /// Images that the image's passes read.
-    pub fn binds<'a>(&'a self, ground: &'a Ground) -> impl Iterator<Item = Bind<'a>> {
-        let texels = &ground.scene.texel_sampler;
-        // A binding that a shader declares but never reads must still be given an image.
-        let shared = self.shared.iter().chain(std::iter::repeat(&self.shared[0])).zip(LIGHTS);
-        std::iter::once(self.bind_surfaces(ground))
-            .chain(shared.map(|(image, [.., name])| Bind::image(name, image.view(), texels)))
+    /// Images that the passes read which shade such surfaces.
+    pub fn binds<'a>(&'a self, ground: &'a Ground, nearest: Nearest) -> impl Iterator<Item = Bind<'a>> {
+        self.gathered(nearest).binds(ground)
     }
 
     /// Bytes that a band writes.
     pub fn bytes(&self, of: &BandFrame) -> u64 {
-        u64::from(self.rows(of).count) * u64::from(self.of.size(of.shape()).0) * self.of.pixel_bytes()
+        u64::from(self.rows(of).count)
+            * u64::from(self.of.size(of.shape()).0)
+            * self.of.pixel_bytes()
+            * of.shape().gathered_layers()
     }
 }

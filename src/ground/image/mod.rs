@@ -28,7 +28,7 @@ use fragments::{FragmentList, FragmentShading};
 use gather::{Gather, Rows};
 use resolve::Resolve;
 use target::{Band, ImageShape, ImageTarget};
-use visibility::Visibility;
+use visibility::{Nearest, Visibility};
 
 /// An image of more bands than this is timed as one pass: a recording has room for so many zones only.
 const MOST_TIMED_BANDS: usize = 100;
@@ -38,6 +38,8 @@ const PART_ROWS: u32 = 16;
 
 pub struct ImagePass {
     visibility: Visibility,
+    /// Of blended surfaces, where light is gathered for these.
+    nearest_blended: Option<Visibility>,
     list: Option<FragmentList>,
     gather: Option<Gather>,
     opaque: Opaque,
@@ -107,7 +109,10 @@ impl ImagePass {
         };
         let samples = shape.samples_at_once();
         Ok(Self {
-            visibility: Visibility::new(context, desc, shape)?,
+            visibility: Visibility::new(context, desc, shape, Nearest::Opaque)?,
+            nearest_blended: (shape.gathers.is_some_and(|gathers| gathers.blended))
+                .then(|| Visibility::new(context, desc, shape, Nearest::Blended))
+                .transpose()?,
             list: shape.lists().then(|| FragmentList::new(context, shape)).transpose()?,
             gather: shape.gathers.map(|gathers| Gather::new(context, desc, shape, gathers)).transpose()?,
             opaque: if shape.drawn {
@@ -117,9 +122,8 @@ impl ImagePass {
                 let pass = desc.light_reader(context, "image", &shader)?;
                 Opaque::Listed(FragmentShading::new(context, pass, "shaded fragments", shape.outputs, samples)?)
             },
-            // Diffuse light was gathered for what lies behind, not for these.
             blended: (desc.features.has(Features::BLEND))
-                .then(|| Blended::new(context, desc, shape, counts.blended_samples, &image(false)))
+                .then(|| Blended::new(context, desc, shape, counts.blended_samples, &image(shape.gathers.is_some())))
                 .transpose()?,
             resolve: Resolve::new(context, desc, shape)?,
             asks: desc.asks,
@@ -157,7 +161,7 @@ impl ImagePass {
                 let row = u64::from(shape.width);
                 let seen = row * u64::from(band.seen_rows) * u64::from(shape.samples);
                 zone(r, "visibility", ZoneKind::Raster, visibility::SEEN_BYTES * seen, &|r| self.see(r, &of));
-                let binds = self.look_up_binds(frame.ground, look_up);
+                let binds = [Nearest::Opaque, Nearest::Blended].map(|of| self.look_up_binds(frame.ground, look_up, of));
                 if let Some(asked) = asked {
                     asked.begin(r, frame.ground);
                     let of = BandFrame { light: LightUse::Asks, ..of };
@@ -173,7 +177,7 @@ impl ImagePass {
                 }
                 let bytes = row * u64::from(band.rows) * shape.color_bytes();
                 if let Opaque::Drawn(drawn) = &self.opaque {
-                    zone(r, "image", ZoneKind::Raster, bytes, &|r| self.draw(r, &of, drawn, &binds));
+                    zone(r, "image", ZoneKind::Raster, bytes, &|r| self.draw(r, &of, drawn, &binds[0]));
                     zone(r, "resolve", ZoneKind::Compute, bytes, &|r| self.shade(r, &of, &binds));
                 } else {
                     zone(r, "image", ZoneKind::Compute, bytes, &|r| self.shade(r, &of, &binds));
@@ -186,23 +190,30 @@ impl ImagePass {
     /// Which triangles a band sees.
     fn see(&self, r: &mut Recorder, of: &BandFrame) {
         r.full_barrier(); // the lists were made; the band before read the same images
-        self.visibility.record(r, of);
+        self.visibility.record(r, of, None);
+        if let Some(blended) = &self.nearest_blended {
+            blended.record(r, of, Some(&self.visibility));
+        }
     }
 
     fn gather(&self, r: &mut Recorder, of: &BandFrame, look_up: &[Bind<'_>]) {
         let (Some(gather), Some(list)) = (&self.gather, &self.list) else { return };
-        list.record(r, of, self.visibility.bind(of.ground()));
-        let mut binds = of.ground().image_binds();
-        binds.extend_from_slice(look_up);
-        binds.extend(list.binds());
-        gather.record(r, of, binds);
+        // Opaque surfaces come last: their list is used again.
+        let blended = self.nearest_blended.iter().map(|seen| (Nearest::Blended, seen));
+        for (nearest, seen) in blended.chain([(Nearest::Opaque, &self.visibility)]) {
+            list.record(r, of, seen.bind(of.ground()));
+            let mut binds = of.ground().image_binds();
+            binds.extend_from_slice(look_up);
+            binds.extend(list.binds());
+            gather.record(r, of, nearest, binds);
+        }
     }
 
-    /// Bindings of the passes that shade surfaces: the ground's, the method's, and the gathered light.
-    fn look_up_binds<'a>(&'a self, ground: &'a Ground, look_up: &[Bind<'a>]) -> Vec<Bind<'a>> {
+    /// Bindings of the passes that shade surfaces: the ground's, the method's, and the light gathered for these surfaces.
+    fn look_up_binds<'a>(&'a self, ground: &'a Ground, look_up: &[Bind<'a>], of: Nearest) -> Vec<Bind<'a>> {
         let mut binds = ground.image_binds();
         binds.extend_from_slice(look_up);
-        binds.extend(self.gather.iter().flat_map(|gather| gather.binds(ground)));
+        binds.extend(self.gather.iter().flat_map(|gather| gather.binds(ground, of)));
         binds
     }
 
@@ -213,7 +224,7 @@ impl ImagePass {
     }
 
     /// Shades and resolves the rows of a band, which may be parts for the recorder.
-    fn shade(&self, r: &mut Recorder, of: &BandFrame, binds: &[Bind<'_>]) {
+    fn shade(&self, r: &mut Recorder, of: &BandFrame, binds: &[Vec<Bind<'_>>; 2]) {
         let most = (of.shape().rows_at_once() / of.ground().desc.counts.blended_parts).max(1);
         let before = of.band.first_row - of.band.first_seen;
         r.in_parts(of.band.rows, PART_ROWS, |r, rows| {
@@ -224,8 +235,8 @@ impl ImagePass {
         });
     }
 
-    /// `binds`: of the pass that shades fragments.
-    fn shade_rows(&self, r: &mut Recorder, of: &BandFrame, binds: &[Bind<'_>]) {
+    /// `binds`: of the passes that shade fragments, opaque and blended ones.
+    fn shade_rows(&self, r: &mut Recorder, of: &BandFrame, [opaque, blending]: &[Vec<Bind<'_>>; 2]) {
         let (ground, texels) = (of.ground(), &of.ground().scene.texel_sampler);
         let mut shown = ground.image_binds();
         r.full_barrier(); // the rows before were read from the same lists and images
@@ -237,13 +248,13 @@ impl ImagePass {
                 if self.gather.is_none() || of.rows.count < of.band.seen_rows {
                     list.record(r, of, self.visibility.bind(ground));
                 }
-                shading.record(r, of, &list.list, binds);
+                shading.record(r, of, &list.list, opaque);
                 shown.push(Bind::images("shaded", shading.shaded(), texels));
                 shown.extend(list.binds());
             }
         }
         if let Some(blended) = &self.blended {
-            blended.record(r, of, &self.visibility, binds);
+            blended.record(r, of, &self.visibility, blending);
             shown.extend(blended.resolve_binds(texels));
         }
         if of.light == LightUse::Reads {

@@ -78,8 +78,15 @@ pub struct ImageShape {
 }
 
 impl ImageShape {
-    pub fn new(settings: &ImageSettings, wants: &Wants, (width, height): (u32, u32), outputs: usize) -> Self {
-        let gathers = (wants.diffuse && settings.gathers_apart()).then(|| GatherShape::new(settings, wants));
+    /// `blended`: whether the scene has such surfaces.
+    pub fn new(
+        settings: &ImageSettings,
+        wants: &Wants,
+        blended: bool,
+        (width, height): (u32, u32),
+        outputs: usize,
+    ) -> Self {
+        let gathers = (wants.diffuse && settings.gathers_apart()).then(|| GatherShape::new(settings, wants, blended));
         Self { width, height, samples: settings.samples, outputs, drawn: wants.drawn, gathers }
     }
 
@@ -93,6 +100,11 @@ impl ImageShape {
         !self.drawn || self.gathers.is_some()
     }
 
+    /// Kinds of surfaces of which the nearest ones are kept, since light is gathered for each: opaque ones, blended ones.
+    pub fn gathered_layers(&self) -> u64 {
+        if self.gathers.is_some_and(|gathers| gathers.blended) { 2 } else { 1 }
+    }
+
     /// Places at which diffuse light is looked up, about.
     pub fn gathered_pixels(&self) -> u64 {
         let (width, height) = self.gathers.map_or((self.width, self.height), |gathers| gathers.size(self));
@@ -102,7 +114,7 @@ impl ImageShape {
     /// Rows of a band.
     pub fn band_rows(&self) -> u32 {
         let drawn = if self.drawn { self.color_bytes() } else { 0 };
-        let of_sample = SEEN_BYTES + drawn + if self.lists() { FRAGMENT_BYTES } else { 0 };
+        let of_sample = SEEN_BYTES * self.gathered_layers() + drawn + if self.lists() { FRAGMENT_BYTES } else { 0 };
         let row = u64::from(self.width) * u64::from(self.samples);
         let rows = (BAND_BYTES / (row * of_sample)).min(BAND_SAMPLES / row).min(BAND_ROWS);
         if rows >= u64::from(self.height) {

@@ -4,10 +4,10 @@
 use std::sync::Arc;
 
 use super::target::{DEPTH_BYTES, DEPTH_FORMAT, ImageShape};
-use super::{BandFrame, ImagePassDesc};
+use super::{BandFrame, ImagePassDesc, shader};
 use crate::Result;
 use crate::ground::Ground;
-use crate::ground::constants::Features;
+use crate::ground::constants::{Features, with};
 use crate::ground::memory_plan::MemoryRow;
 use crate::vk::{
     Bind, ColorTarget, CompareOp, Context, DepthDesc, DepthTarget, Format, Image, ImageDesc, ImageUsageFlags, Load,
@@ -19,9 +19,9 @@ const FORMAT: Format = Format::R32_UINT;
 /// Bytes of a sample: what it sees, and its depth.
 pub const SEEN_BYTES: u64 = 4 + DEPTH_BYTES;
 
-/// Bytes of [`Visibility::new`].
+/// Bytes of a visibility buffer of each kind that there is.
 pub fn plan(shape: &ImageShape) -> MemoryRow {
-    ("visibility", shape.most_seen_samples() * SEEN_BYTES)
+    ("visibility", shape.most_seen_samples() * SEEN_BYTES * shape.gathered_layers())
 }
 
 pub struct Visibility {
@@ -30,17 +30,29 @@ pub struct Visibility {
     pass: Raster,
 }
 
+/// Of which surfaces a visibility buffer knows the nearest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Nearest {
+    Opaque,
+    /// Those that no opaque surface hides.
+    Blended,
+}
+
 impl Visibility {
     /// # Errors
     /// Too little memory, or a lost device.
-    pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, shape: &ImageShape) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, shape: &ImageShape, of: Nearest) -> Result<Self> {
         let (width, height, samples) = (shape.width, shape.most_seen_rows(), shape.samples);
-        let masked = if desc.features.has(Features::MASK) { " MASKED" } else { "" };
+        let fragment = match of {
+            Nearest::Opaque => shader("ground/image/visibility.frag", &[("MASKED", desc.features.has(Features::MASK))]),
+            Nearest::Blended => shader("ground/image/nearest_blended.frag", &[("MULTISAMPLED", samples > 1)]),
+        };
+        let blended = u32::from(of == Nearest::Blended);
         let pass = RasterDesc {
             label: "visibility",
             vertex: "ground/image/image.vert",
-            fragment: Some(&format!("ground/image/visibility.frag{masked}")),
-            constants: &desc.constants,
+            fragment: Some(&fragment),
+            constants: &with(desc.constants.clone(), &[("BLENDED", blended.into())]),
             color_formats: &[FORMAT],
             depth: Some(DepthDesc { format: DEPTH_FORMAT, compare: CompareOp::GREATER, write: true }),
             samples,
@@ -51,18 +63,24 @@ impl Visibility {
         };
         Ok(Self {
             seen: image("visibility", FORMAT, ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::SAMPLED)?,
-            depth: image("depth", DEPTH_FORMAT, ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT)?,
+            depth: image("depth", DEPTH_FORMAT, ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | ImageUsageFlags::SAMPLED)?,
             pass: Raster::new(context, &pass)?,
         })
     }
 
-    /// Finds what a band sees.
-    pub fn record(&self, r: &mut Recorder, of: &BandFrame) {
+    /// Finds what a band sees; `opaque`: what hides blended surfaces, for these.
+    pub fn record(&self, r: &mut Recorder, of: &BandFrame, opaque: Option<&Self>) {
+        let (ground, mut call) = (of.ground(), of.ground().recorded());
+        let mut binds = ground.image_binds();
+        if let Some(opaque) = opaque {
+            binds.push(Bind::image("opaque_depth", opaque.depth.view(), &ground.scene.texel_sampler));
+            call = ground.recorded_blended();
+        }
         let (view, load) = (self.seen.attachment_view(0), Load::Clear([0.0; 4]));
         let colors = [ColorTarget { view, resolve: None, load, store: true }];
-        let binds = self.pass.select(&of.ground().image_binds());
+        let binds = self.pass.select(&binds);
         let target = RenderTarget { colors: &colors, ..self.target(of, Load::Clear(0.0)) };
-        target.draw_in_parts(r, |pass| pass.draw(&self.pass, &binds, &of.push(), of.ground().recorded()));
+        target.draw_in_parts(r, |pass| pass.draw(&self.pass, &binds, &of.push(), call));
         r.full_barrier();
     }
 

@@ -75,7 +75,8 @@ void main() {
     uvec2 own = gl_WorkGroupID.yz * 16u + place_in_tile(gl_GlobalInvocationID.x);
     ivec2 at = min(ivec2(own) + ivec2(0, push.first), last);
     uvec3 place = uvec3(at, 0u) + uvec3(0u, push.first_row, 0u);
-    SampleAt from = nearest_sample((vec2(place.xy) + 0.5) * size);
+    vec2 center = (vec2(place.xy) + 0.5) * size;
+    SampleAt from = nearest_sample(center);
     uint id = seen_at(from);
     vec4 surface = vec4(0.0, 0.0, 0.0, -1.0);
     vec4 light = vec4(0.0);
@@ -90,7 +91,11 @@ void main() {
         COUNT(TRIANGLES, 1u);
         COUNT(MATERIALS, 1u);
         vec3 facet = normalize(triangle_normal(t.corners[0], t.corners[1], t.corners[2]));
-        PlaceOnTriangle middle = place_on_triangle(vec2(from.pixel) + sample_place(from.index), size, t, facet);
+        // At the center, if the triangle that the sample sees is there too: light that is gathered beside it would show
+        // shifted.
+        bool at_center = all(greaterThanEqual(seen_weights(center, t, facet), vec3(0.0)));
+        vec2 spot = at_center ? center : vec2(from.pixel) + sample_place(from.index);
+        PlaceOnTriangle middle = place_on_triangle(spot, size, t, facet);
         Surface s =
             evaluate_surface(t, attributes, middle.weights, pixel_footprint(attributes, middle), (id & 1u) == 0u);
         vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);

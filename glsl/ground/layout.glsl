@@ -181,6 +181,7 @@ struct Frame {
     float sky_turn; // of a whole turn, counter-clockwise from above
     vec2 image_shift; // what the random numbers of the image's places are moved by in this pass over it
     vec2 ndc_shift; // how far this pass moves the image
+    uint image_pass; // which of the passes over the image whose mean is shown this is
     vec3 boxes[MOST_BOXES]; // where each begins
     vec3 last_boxes[MOST_BOXES]; // and began when the lists before these were made
 };

@@ -10,15 +10,17 @@ use twobounce::reference::film::Film;
 use twobounce::reference::{self, Control, Depth, Options, Stop};
 use twobounce::renderer::FrameReport;
 use twobounce::scene::Still;
-use twobounce::settings::Settings;
+use twobounce::settings::{GatherResolution, Settings};
 
-use super::args::{budget, percent};
+use super::args::{SettingsArgs, budget, percent};
 use super::progress::duration;
 
 /// The noise that a still image is refined to, root mean square of its pixels' relative errors.
 const NOISE: f64 = 0.02;
 /// The most passes, where time does not end them before.
 const MOST_PASSES: u32 = 256;
+/// Pixels of the largest image of which every one gathers where it is refined: 200 MB for opaque surfaces, as much for blended ones.
+const MOST_GATHERED: u64 = 1 << 21;
 /// Work that takes longer is compared with the path tracer's.
 const LONG: Duration = Duration::from_secs(10);
 /// Samples a pixel of the path tracer's trial, whose image has an eighth of the pixels a side.
@@ -34,6 +36,41 @@ pub struct RefineArgs {
     /// Add no more passes once the command has taken this long, such as 90s or 5min
     #[arg(long, value_name = "TIME", value_parser = budget, allow_negative_numbers = true)]
     pub time_limit: Option<Duration>,
+}
+
+impl RefineArgs {
+    /// The noise that an image is refined to. A `still` is a single image that is made to be looked at. None where `image.passes` alone
+    /// counts.
+    fn goal(&self, still: bool, settings: &Settings) -> Option<f64> {
+        match self.noise {
+            Some(Noise::Off) => None,
+            Some(Noise::AtMost(noise)) => Some(noise),
+            None => (self.time_limit.is_some() || still && settings.image.passes == 1).then_some(NOISE),
+        }
+    }
+
+    /// The settings for an image that may be refined: then light is gathered at every pixel, unless flags or a file say otherwise or the
+    /// image is large. What is gathered for several pixels blurs, and no pass takes that away. `given`: where the settings come from.
+    ///
+    /// # Errors
+    /// An unknown preset.
+    pub fn fitted(
+        &self,
+        settings: Settings,
+        given: &SettingsArgs,
+        still: bool,
+        (width, height): (u32, u32),
+    ) -> Result<Settings> {
+        const KEY: &str = "image.gather_resolution";
+        let preset = Settings::preset(&given.preset)?.image.gather_resolution;
+        let chosen = preset != settings.image.gather_resolution || given.sets.iter().any(|set| set.starts_with(KEY));
+        let small = u64::from(width) * u64::from(height) <= MOST_GATHERED;
+        let mut fitted = settings;
+        if small && !chosen && self.goal(still, &fitted).is_some() {
+            fitted.image.gather_resolution = GatherResolution::Full;
+        }
+        Ok(fitted)
+    }
 }
 
 /// The value of `--noise`: a share, or none.
@@ -58,21 +95,17 @@ pub struct Refinement {
     until: Option<Instant>,
     began: Instant,
     passes: u32,
+    resolution: GatherResolution,
     reached: Option<f64>,
 }
 
 impl Refinement {
-    /// Of a command that began at `began`. A `still` is a single image that is made to be looked at. None where `image.passes` alone
-    /// counts.
+    /// Of a command that began at `began`. None where `image.passes` alone counts: see [`RefineArgs::goal`].
     pub fn new(args: &RefineArgs, still: bool, settings: &Settings, began: Instant) -> Option<Self> {
-        let noise = match args.noise {
-            Some(Noise::Off) => return None,
-            Some(Noise::AtMost(noise)) => noise,
-            None if args.time_limit.is_some() || still && settings.image.passes == 1 => NOISE,
-            None => return None,
-        };
+        let noise = args.goal(still, settings)?;
         let until = args.time_limit.map(|limit| began + limit);
-        Some(Self { noise, until, began: Instant::now(), passes: 1, reached: None })
+        let resolution = settings.image.gather_resolution;
+        Some(Self { noise, until, began: Instant::now(), passes: 1, resolution, reached: None })
     }
 
     /// An image begins.
@@ -127,7 +160,10 @@ impl Refinement {
     /// The noise that was reached, and where it is above the goal what is left; and whether it is above.
     pub fn result(&self) -> (String, bool) {
         let (passes, goal) = (self.passes, 100.0 * self.noise);
-        let same = format!("--set image.passes={passes} --noise off gives the same image");
+        let resolution = self.resolution;
+        let same = format!(
+            "--set image.passes={passes} --set image.gather_resolution={resolution} --noise off gives the same image"
+        );
         let Some(noise) = self.reached else {
             return (format!("one pass, whose noise is not known, until --time-limit was over ({same})"), true);
         };

@@ -113,6 +113,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     outputs::check(&inputs, &[Some(&image), args.json.as_ref(), args.trace.as_ref()])?;
     interrupt::install()?;
     let (mut opened, context) = args.scene.open_on(&args.run)?;
+    let timed = args.timings || args.json.is_some() || args.trace.is_some() || args.repeat > 1;
+    let still = !timed && args.frames.is_none();
+    let settings = args.refine.fitted(settings, &args.settings, still, opened.size)?;
     let settings = opened.fitted(settings);
     opened.scene.sky_unseen = args.transparent;
     let header = opened.header([
@@ -142,7 +145,6 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let work = Work::begin(&format!("{}: {doing}", opened.scene.name));
     let renderer = Renderer::new(&context, opened.scene, pose, settings.clone(), options)?;
     report::say_compiled(&context);
-    let timed = args.timings || args.json.is_some() || args.trace.is_some() || args.repeat > 1;
     let warm_up = if timed { WARM_UP } else { 0 };
     let timings = Timings::new(warm_up as usize);
     let shot = opened.shot;
@@ -157,7 +159,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     }
     (0..warm_up).try_for_each(|_| session.frame(0.0))?;
     // Frames that warm up are not refined.
-    session.refinement = Refinement::new(&args.refine, !timed && args.frames.is_none(), &session.settings, began);
+    session.refinement = Refinement::new(&args.refine, still, &session.settings, began);
     match args.frames {
         Some(frames) => {
             session.choose_exposure(frames)?;

@@ -81,7 +81,7 @@ shared! {
         lamp_count: u32, lamp_tree: u32, lamp_shine: f32, light_pass: u32, sky_gradient: [f32; 3],
         light_share: f32,
         sky_scale: f32, sky_most: f32, sky_width: i32, sky_height: i32, sky_levels: u32, sky_octaves: f32, sky_turn: f32,
-        image_shift: [f32; 2], ndc_shift: [f32; 2],
+        image_shift: [f32; 2], ndc_shift: [f32; 2], image_pass: u32,
         boxes: [[f32; 3]; MOST_BOXES], last_boxes: [[f32; 3]; MOST_BOXES],
     }
 

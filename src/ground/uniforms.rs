@@ -73,6 +73,7 @@ impl FrameUniforms<'_> {
             sky_turn: self.scene.sky_turn,
             image_shift: image_shift.as_vec2().into(),
             ndc_shift: ndc_shift.as_vec2().into(),
+            image_pass: self.image_pass,
             boxes: self.boxes[0],
             last_boxes: self.boxes[1],
         }

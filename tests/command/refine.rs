@@ -36,19 +36,22 @@ fn a_still_gets_passes_until_its_noise_is_low() {
     let mut settings = Settings::default();
     settings.merge_toml(&header["settings"]).unwrap();
     assert_eq!(settings.image.passes, passes);
-    let (_, again) = still(&folder, "again.exr", &[&format!("--set=image.passes={passes}")]);
+    let full = "--set=image.gather_resolution=full";
+    assert!(line.contains("image.gather_resolution=full"), "{line}");
+    let (_, again) = still(&folder, "again.exr", &[&format!("--set=image.passes={passes}"), full]);
     assert!(again == refined);
     // One pass fewer was not enough, by the same estimate.
-    let (fewer, _) = still(&folder, "fewer.exr", &[&format!("--set=image.passes={}", passes - 1)]);
+    let (fewer, _) = still(&folder, "fewer.exr", &[&format!("--set=image.passes={}", passes - 1), full]);
     let fewer: f64 = fewer.split("by its passes: ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!(fewer > 2.0, "{fewer} with {} passes", passes - 1);
     // It is as near to the mean of many passes as it says, within a half: noise is an estimate.
-    let (_, one) = still(&folder, "one.exr", &["--noise=off"]);
-    let (_, many) = still(&folder, "many.exr", &["--set=image.passes=1024"]);
+    let (_, one) = still(&folder, "one.exr", &["--noise=off", full]);
+    let (_, many) = still(&folder, "many.exr", &["--set=image.passes=1024", full]);
     let (of_one, of_mean) = (difference(&one, &many), difference(&refined, &many));
     let expected = of_one / f64::from(passes).sqrt();
     assert!(of_mean < 1.5 * expected, "{of_mean}, of one pass {of_one}, {passes} passes");
-    // Benchmarks and sequences have one pass.
+    // Benchmarks and sequences have one pass, and the preset's gathered pixels.
+    let (_, one) = still(&folder, "one.exr", &["--noise=off"]);
     for more in [&["--timings"][..], &["--repeat=2"], &["--json=a.json"]] {
         assert!(still(&folder, "timed.exr", more).1 == one, "{more:?}");
     }

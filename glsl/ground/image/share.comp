@@ -4,7 +4,7 @@
 //! with LOBES
 // Share: every gathered pixel takes the mean of its neighbours on the same surface. The square has an odd side,
 // its border counts half: each of the INTERLEAVE² patterns counts the same. A neighbour counts if links lead to it,
-// each away from the middle.
+// each away from the middle. Later passes over a still share half as far: noise goes as they add up, a blur would stay.
 
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
@@ -32,6 +32,7 @@ layout(push_constant) uniform Push {
 } push;
 
 const int REACH = int(INTERLEAVE / 2u);
+const uint FAR_PASSES = 4u; // that share as far as REACH
 
 // The links to the right and those down of a row's pixels from x − REACH on, a bit each from the least one on; `at` may
 // lie outside of an image of `size`, which no link leaves.
@@ -77,6 +78,7 @@ void main() {
     vec4 lamp_sum = vec4(0.0);
     vec4 specular_sum = vec4(0.0);
     vec4 mirrored_sum = vec4(0.0);
+    int reach = frame.image_pass < FAR_PASSES ? REACH : REACH / 2;
     float total = 0.0;
     float lamp_total = 0.0;
     float specular_total = 0.0;
@@ -99,9 +101,10 @@ void main() {
         for (int x = -REACH; x <= REACH; x++) {
             ivec2 to = at + ivec2(x, y);
             vec4 there = texelFetch(surfaces, clamp(to, ivec2(0), size - 1), 0);
-            bool counts = all(greaterThanEqual(to, ivec2(0))) && all(lessThan(to, size)) && there.w >= 0.0
+            bool near = max(abs(x), abs(y)) <= reach;
+            bool counts = near && all(greaterThanEqual(to, ivec2(0))) && all(lessThan(to, size)) && there.w >= 0.0
                 && (found & 1u << (x + REACH)) != 0u;
-            float border = (abs(x) == REACH ? 0.5 : 1.0) * (abs(y) == REACH ? 0.5 : 1.0);
+            float border = (abs(x) == reach ? 0.5 : 1.0) * (abs(y) == reach ? 0.5 : 1.0);
             vec3 other = unpack_normal(max(there.w, 0.0));
             float weight = counts ? border * likeness(here.xyz, normal, there.xyz, other) : 0.0;
             to = clamp(to, ivec2(0), size - 1);

@@ -35,7 +35,6 @@ pub const AXES: &[(&str, &str, &[&str])] = &[
     ("gathered pixels", "balanced", &["image.gather_resolution=full,quarter"]),
     ("lamps", "balanced", &["lights.lamps=gathered", "lights.lamp_points=64"]),
     ("samples", "balanced", &["image.samples=1", "image.direct=pixels"]),
-    ("passes over a still", "balanced", &["image.passes=4,16,64"]),
     ("method", "balanced", &["method=none,cones"]),
     ("cone set", "cones", &["cones.set=1,5,6a,6b,16,g8,g32"]),
     ("passes", "cones", &["cones.passes=layered"]),

@@ -20,7 +20,7 @@ const NOISE: f64 = 0.02;
 /// The most passes, where time does not end them before.
 const MOST_PASSES: u32 = 256;
 /// Pixels of the largest image of which every one gathers where it is refined: 200 MB for opaque surfaces, as much for blended ones.
-const MOST_GATHERED: u64 = 1 << 21;
+pub const MOST_GATHERED: u64 = 1 << 21;
 /// Work that takes longer is compared with the path tracer's.
 const LONG: Duration = Duration::from_secs(10);
 /// Samples a pixel of the path tracer's trial, whose image has an eighth of the pixels a side.
@@ -49,24 +49,17 @@ impl RefineArgs {
         }
     }
 
-    /// The settings for an image that may be refined: then light is gathered at every pixel, unless flags or a file say otherwise or the
-    /// image is large. What is gathered for several pixels blurs, and no pass takes that away. `given`: where the settings come from.
+    /// The settings for an image that may be refined: then light is gathered at every pixel, unless flags or a file say otherwise or
+    /// memory is `scarce`. What is gathered for several pixels blurs, and no pass takes that away. `given`: where the settings come from.
     ///
     /// # Errors
     /// An unknown preset.
-    pub fn fitted(
-        &self,
-        settings: Settings,
-        given: &SettingsArgs,
-        still: bool,
-        (width, height): (u32, u32),
-    ) -> Result<Settings> {
+    pub fn fitted(&self, settings: Settings, given: &SettingsArgs, still: bool, scarce: bool) -> Result<Settings> {
         const KEY: &str = "image.gather_resolution";
         let preset = Settings::preset(&given.preset)?.image.gather_resolution;
         let chosen = preset != settings.image.gather_resolution || given.sets.iter().any(|set| set.starts_with(KEY));
-        let small = u64::from(width) * u64::from(height) <= MOST_GATHERED;
         let mut fitted = settings;
-        if small && !chosen && self.goal(still, &fitted).is_some() {
+        if !scarce && !chosen && self.goal(still, &fitted).is_some() {
             fitted.image.gather_resolution = GatherResolution::Full;
         }
         Ok(fitted)
@@ -239,6 +232,27 @@ mod tests {
         assert_eq!(Noise::read("off"), Ok(Noise::Off));
         assert_eq!(Noise::read("5"), Ok(Noise::AtMost(0.05)));
         assert!(["0", "-1", "on", "nan", ""].iter().all(|text| Noise::read(text).is_err()));
+    }
+
+    #[test]
+    fn a_refined_image_gathers_at_every_pixel_unless_told() {
+        let of = |sets: &[&str]| SettingsArgs {
+            preset: "fast".into(),
+            config: None,
+            method: None,
+            sets: sets.iter().map(|set| (*set).to_owned()).collect(),
+        };
+        let resolution = |sets: &[&str], still, scarce| {
+            let (given, refine) = (of(sets), args(None, None));
+            let fitted = refine.fitted(given.effective().unwrap(), &given, still, scarce).unwrap();
+            fitted.image.gather_resolution
+        };
+        assert_eq!(resolution(&[], true, false), GatherResolution::Full);
+        assert_eq!(resolution(&[], true, true), GatherResolution::Quarter);
+        assert_eq!(resolution(&[], false, false), GatherResolution::Quarter);
+        assert_eq!(resolution(&["image.passes=4"], true, false), GatherResolution::Quarter);
+        assert_eq!(resolution(&["image.gather_resolution=quarter"], true, false), GatherResolution::Quarter);
+        assert_eq!(resolution(&["image.gather_resolution=half"], true, false), GatherResolution::Half);
     }
 
     #[test]

@@ -30,7 +30,7 @@ use super::blank::why_blank;
 use super::display::DisplayArgs;
 use super::outputs::{self, ImageFiles};
 use super::progress::{FrameProgress, Work};
-use super::refine::{RefineArgs, Refinement};
+use super::refine::{MOST_GATHERED, RefineArgs, Refinement};
 use super::report::{self, RenderReport};
 use super::scene::Shot;
 use super::share::{self, Parts};
@@ -115,7 +115,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let (mut opened, context) = args.scene.open_on(&args.run)?;
     let timed = args.timings || args.json.is_some() || args.trace.is_some() || args.repeat > 1;
     let still = !timed && args.frames.is_none();
-    let settings = args.refine.fitted(settings, &args.settings, still, opened.size)?;
+    let pixels = u64::from(opened.size.0) * u64::from(opened.size.1);
+    let scarce = pixels > MOST_GATHERED || args.run.memory_limit.is_some();
+    let settings = args.refine.fitted(settings, &args.settings, still, scarce)?;
     let settings = opened.fitted(settings);
     opened.scene.sky_unseen = args.transparent;
     let header = opened.header([

@@ -76,8 +76,8 @@ float importance(uint node, vec3 position, vec3 normal) {
     return n.power * (seen_sine < 1.0 ? to * from : 1.0) / max(distance * distance, n.radius * n.radius);
 }
 
-// What a node's pieces would give a place whose surface has that normal, if nothing stood between, roughly: as of a
-// disc about their middle.
+// About the irradiance that a node's pieces give a place whose surface has that normal, if nothing stands between: that
+// of a disc about their middle.
 float lamps_about(uint node, vec3 position, vec3 normal) {
     COUNT(WORDS, 9u);
     LampNode n = lamp_nodes[node];
@@ -92,8 +92,8 @@ float lamps_about(uint node, vec3 position, vec3 normal) {
     return 0.5 * n.power * to * from / (distance2 + n.radius * n.radius); // power: twice the area times the radiance
 }
 
-// What all lamps would give there: the sum along the way down the tree that goes where most comes from. With a tree
-// alone.
+// About the irradiance of all lamps there: the sum along the way down the tree that goes where most comes from. Needs a
+// tree.
 float lamps_irradiance(vec3 position, vec3 normal) {
     uint first = 0u;
     uint end = frame.lamp_count;

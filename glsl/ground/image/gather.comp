@@ -68,6 +68,24 @@ uint seen_at(SampleAt at) {
     return seen;
 }
 
+// Whether all pixels about a place, pixels, show that entry alone: then its triangle is there, and nothing before it.
+bool is_shown_about(vec2 place, uint id) {
+    ivec2 corner = ivec2(floor(place - 0.5));
+    vec2 part = place - 0.5 - vec2(corner);
+    bool alone = true;
+    for (int k = 0; k < 4; k++) {
+        ivec2 step = ivec2(k & 1, k >> 1);
+        bool counts = all(greaterThan(mix(1.0 - part, part, equal(step, ivec2(1))), vec2(1e-3)));
+        uvec2 pixel = counts ? min(uvec2(corner + step), uvec2(frame.image_size) - 1u) : uvec2(place);
+        COUNT(WORDS, 3u);
+        uint of_pixel = pixel_fragments[(pixel.y - push.first_seen) * uint(frame.image_size.x) + pixel.x];
+        Fragment first = fragments[of_pixel >> COUNT_BITS];
+        bool whole = (of_pixel & (1u << COUNT_BITS) - 1u) == 1u && samples_of(first) == (1u << frame.samples) - 1u;
+        alone = alone && (!counts || whole && first.seen == id);
+    }
+    return alone;
+}
+
 void main() {
     vec2 size = gathered_pixel();
     // Threads beyond the last column or row gather for it again.
@@ -91,10 +109,8 @@ void main() {
         COUNT(TRIANGLES, 1u);
         COUNT(MATERIALS, 1u);
         vec3 facet = normalize(triangle_normal(t.corners[0], t.corners[1], t.corners[2]));
-        // At the center, if the triangle that the sample sees is there too: light that is gathered beside it would show
-        // shifted.
-        bool at_center = all(greaterThanEqual(seen_weights(center, t, facet), vec3(0.0)));
-        vec2 spot = at_center ? center : vec2(from.pixel) + sample_place(from.index);
+        // At the center where it shows the triangle as well: light that is gathered beside it would show shifted.
+        vec2 spot = is_shown_about(center, id) ? center : vec2(from.pixel) + sample_place(from.index);
         PlaceOnTriangle middle = place_on_triangle(spot, size, t, facet);
         Surface s =
             evaluate_surface(t, attributes, middle.weights, pixel_footprint(attributes, middle), (id & 1u) == 0u);

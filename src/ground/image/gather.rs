@@ -132,7 +132,7 @@ pub struct Gather {
     blended: Option<Gathered>,
 }
 
-/// What is gathered for the nearest surfaces of one kind.
+/// The light that is gathered for the nearest surfaces of one kind.
 struct Gathered {
     surfaces: Image,
     /// The surfaces with links to those that share light with them.

@@ -160,7 +160,8 @@ impl ImagePass {
                 };
                 let row = u64::from(shape.width);
                 let seen = row * u64::from(band.seen_rows) * u64::from(shape.samples);
-                zone(r, "visibility", ZoneKind::Raster, visibility::SEEN_BYTES * seen, &|r| self.see(r, &of));
+                let written = visibility::SEEN_BYTES * seen * shape.gathered_layers();
+                zone(r, "visibility", ZoneKind::Raster, written, &|r| self.see(r, &of));
                 let binds = [Nearest::Opaque, Nearest::Blended].map(|of| self.look_up_binds(frame.ground, look_up, of));
                 if let Some(asked) = asked {
                     asked.begin(r, frame.ground);

@@ -8,7 +8,8 @@ use std::time::{Duration, Instant, SystemTime};
 use bytemuck::{AnyBitPattern, cast_slice, pod_read_unaligned};
 
 use super::film::{Film, Pixel};
-use super::{Control, Depth, Options, Progress, VERSION, render, tile};
+use super::tile::Tiles;
+use super::{Control, Depth, Options, Progress, VERSION, render};
 use crate::Result;
 use crate::output::file;
 use crate::scene::{Pose, Still};
@@ -209,8 +210,10 @@ pub(super) fn decode(bytes: &[u8]) -> Option<(Film, blake3::Hash)> {
     }
     // Noise is noted of samples that are there, and the rows of a tile are traced together.
     let last = film.history.last().map_or(0, |(samples, _)| *samples);
-    let even = film.rows.chunks(tile::SIDE).all(|rows| rows.iter().all(|row| row.done == rows[0].done));
-    let is_believed = film.started() <= MOST_SAMPLES && first <= MOST_SAMPLES && last <= film.done() && even;
+    let is_believed = film.started() <= MOST_SAMPLES
+        && first <= MOST_SAMPLES
+        && last <= film.done()
+        && Tiles::of(first + film.done()).are_even(&film.rows);
     is_believed.then_some((film, blake3::Hash::from_bytes(key)))
 }
 

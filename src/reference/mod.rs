@@ -40,9 +40,10 @@ use film::{Film, Row, next_check};
 use integrator::Integrator;
 pub use itself::lights_itself;
 use sampler::Sampler;
+use tile::Tiles;
 
 /// Must change whenever the same options could give another image: cached references of other versions are ignored.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 /// The number of bounces of indirect light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -205,31 +206,35 @@ impl Job<'_> {
         let noise = film.history.last().map(|(_, noise)| *noise);
         let expected = u64::from(width) * u64::from(height) * u64::from(stop.expected(film).max(target));
         let (first, paths) = (film.first, AtomicU64::new(film.paths()));
-        film.rows.par_chunks_mut(tile::SIDE).enumerate().for_each(|(i, rows)| {
-            let done = rows[0].done;
-            if self.cancel.load(Ordering::Relaxed) || done >= target {
-                return;
-            }
-            let before = rows.to_vec();
-            for x in (0..width as usize).step_by(tile::SIDE) {
-                for index in done..target {
-                    if self.cancel.load(Ordering::Relaxed) {
-                        rows.clone_from_slice(&before);
-                        return;
-                    }
-                    self.trace_tile(rows, [x, i * tile::SIDE], first + index);
+        while film.done() < target && !self.cancel.load(Ordering::Relaxed) {
+            let tiles = Tiles::of(first + film.done());
+            let target = target.min(tiles.end - first);
+            tiles.rows(&mut film.rows).for_each(|(y, rows)| {
+                let done = rows[0].done;
+                if self.cancel.load(Ordering::Relaxed) || done >= target {
+                    return;
                 }
-            }
-            rows.iter_mut().for_each(|row| row.done = target);
-            let added = u64::from(target - done) * u64::from(width) * rows.len() as u64;
-            let paths = paths.fetch_add(added, Ordering::Relaxed) + added;
-            (self.progress)(paths, expected, noise);
-        });
+                let before = rows.to_vec();
+                for (x, columns) in tiles.columns(width as usize) {
+                    for index in done..target {
+                        if self.cancel.load(Ordering::Relaxed) {
+                            rows.clone_from_slice(&before);
+                            return;
+                        }
+                        self.trace_tile(rows, [x, y], columns, first + index);
+                    }
+                }
+                rows.iter_mut().for_each(|row| row.done = target);
+                let added = u64::from(target - done) * u64::from(width) * rows.len() as u64;
+                let paths = paths.fetch_add(added, Ordering::Relaxed) + added;
+                (self.progress)(paths, expected, noise);
+            });
+        }
     }
 
-    /// Adds sample number `index` to the pixels of the tile in `rows` that has its upper left corner at `corner`.
-    fn trace_tile(&self, rows: &mut [Row], corner: [usize; 2], index: u32) {
-        let columns = tile::SIDE.min(rows[0].pixels.len() - corner[0]);
+    /// Adds sample number `index` to the pixels of the tile of `columns` pixels' width, in all of `rows`, that has its upper
+    /// left corner at `corner`.
+    fn trace_tile(&self, rows: &mut [Row], corner: [usize; 2], columns: usize, index: u32) {
         let pixels: Vec<_> = (0..rows.len()).flat_map(|y| (0..columns).map(move |x| (corner[0] + x, y))).collect();
         let (mut rays, mut samplers) = (Vec::with_capacity(pixels.len()), Vec::with_capacity(pixels.len()));
         for &(x, row) in &pixels {

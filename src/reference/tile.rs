@@ -7,8 +7,10 @@
 //! Not connected: mirrors at x, surfaces that pass light unscattered, all that lies behind those, and surfaces of volumes.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::bvh;
+use super::film::Row;
 use super::integrator::{Integrator, Path, Sample, Vertex, weight};
 use super::lights::LightSample;
 use super::sampler::Sampler;
@@ -16,7 +18,54 @@ use super::traversal::Ray;
 
 /// Pixels along each side of a tile. Efficiency (1 / noise² / time) relative to independent paths, for a Cornell box and an
 /// atrium: side 2 gives 2.8 and 2.1, side 3 4.5 and 2.8, side 4 5.3 and 2.8, side 6 the same as 4.
-pub const SIDE: usize = 4;
+const SIDE: usize = 4;
+
+/// The tiles of consecutive samples. They change, because pixels of a tile share their noise: fixed tiles show.
+///
+/// Four changes in each doubling of the count: samples of one pixel are stratified, and stay so in each quarter. Measured
+/// against fixed tiles, 64 to 256 samples: steps of noise across fixed tiles' borders are 0.98 to 1.01 of those within (1.14 to
+/// 2.22 before); a sample costs as much, and the noise is 1 % higher in the gallery, 3 % in an atrium, 6 % on stairs, 6 to 10 %
+/// in a Cornell box. Changes after every second sample cost up to 9 % more noise, two in each doubling no less than four.
+pub struct Tiles {
+    /// The width of the first column of tiles, and the height of the first row: 1 to [`SIDE`] pixels.
+    first: [usize; 2],
+    /// The number of the first sample that has other tiles.
+    pub end: u32,
+}
+
+impl Tiles {
+    /// The tiles of sample number `index`.
+    pub fn of(index: u32) -> Self {
+        let samples = (1 << index.max(16).ilog2()) / 4;
+        let change = (index / samples) as usize;
+        // Four changes put the borders at each place in each direction, 16 at each pair of places.
+        let x = [0, 2, 1, 3][change % SIDE];
+        let y = ([0, 2, 3, 1][change % SIDE] + change / SIDE) % SIDE;
+        Self { first: [SIDE - x, SIDE - y], end: index - index % samples + samples }
+    }
+
+    /// The left edges and widths of the columns of tiles across an image of `width` pixels.
+    pub fn columns(&self, width: usize) -> impl Iterator<Item = (usize, usize)> {
+        let first = self.first[0].min(width);
+        let next = (first..width).step_by(SIDE).map(move |left| (left, SIDE.min(width - left)));
+        std::iter::once((0, first)).chain(next)
+    }
+
+    /// The rows of tiles, each with the number of its first row of pixels.
+    pub fn rows<'a>(&self, rows: &'a mut [Row]) -> impl IndexedParallelIterator<Item = (usize, &'a mut [Row])> {
+        let first = self.first[1].min(rows.len());
+        let (above, below) = rows.split_at_mut(first);
+        let next = below.par_chunks_mut(SIDE).enumerate().map(move |(i, rows)| (first + i * SIDE, rows));
+        rayon::iter::once((0, above)).chain(next)
+    }
+
+    /// Whether rows that belong to one row of tiles have as many samples.
+    pub fn are_even(&self, rows: &[Row]) -> bool {
+        let (above, below) = rows.split_at(self.first[1].min(rows.len()));
+        let same = |rows: &[Row]| rows.iter().all(|row| row.done == rows[0].done);
+        same(above) && below.chunks(SIDE).all(same)
+    }
+}
 
 /// Of a punctual light, of an emitter, of the sky.
 const LIGHT_SAMPLES: usize = 3;

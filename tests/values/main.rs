@@ -33,6 +33,7 @@ mod parameters;
 mod reference_analytic;
 mod reference_determinism;
 mod reference_materials;
+mod reference_noise;
 mod reference_truth;
 mod rooms;
 mod scene_values;

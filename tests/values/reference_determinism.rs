@@ -8,7 +8,8 @@ use twobounce::reference::film::Film;
 use twobounce::reference::{Control, Depth, Options, Stop, render};
 use twobounce::scene::{LoadOptions, Pose, Scene, Still, View};
 
-const SIZE: u32 = 24;
+/// No multiple of the side of a tile.
+const SIZE: u32 = 22;
 
 fn cornell() -> (Scene, Pose, View) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/truth/cornell-area/cornell-area.glb");

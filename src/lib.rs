@@ -5,6 +5,33 @@
 //! ([`settings::Method`]). The repository's README shows the time of each and its error against a path-traced
 //! reference. Equal calls on the same device give equal bits.
 //!
+//! # A picture
+//!
+//! [`render`] does what the command `twobounce render` does: a scene without a camera is framed, one without light gets a studio's, and
+//! the picture is refined until its noise is low. [`Options`] says otherwise.
+//!
+//! ```
+//! use twobounce::{Options, Scene, render};
+//!
+//! let scene = Scene::open("assets/cornell-point.glb")?;
+//! let mut options = Options::preset("fast")?;
+//! options.size = (320, 240);
+//! # options.size = (48, 36);
+//! # options.set("voxels=16")?;
+//! # options.validation = true;
+//! let image = render(&scene, &options)?;
+//! image.notes.iter().for_each(|note| eprintln!("{note}"));
+//! let path = std::env::temp_dir().join("cornell.png");
+//! image.save(&path)?; // exposed and tone-mapped; an .exr has the radiance itself
+//! let radiance: &[[f32; 3]] = image.radiance();
+//! # assert_eq!(radiance.len(), 48 * 36);
+//! # assert!(radiance.iter().flatten().sum::<f32>() > 0.0);
+//! # std::fs::remove_file(path).unwrap();
+//! # Ok::<(), twobounce::Error>(())
+//! ```
+//!
+//! A program that renders many images of one scene keeps a [`renderer::Renderer`], and gives each a pose and a view.
+//!
 //! # In a Vulkan program
 //!
 //! The whole contract is in [`host`]. In short: a program enables what [`host::required_features`] and
@@ -56,30 +83,9 @@
 //!
 //! `examples/host/` is such a program, whole: `cargo run --release --example host -- scene.glb image.png`.
 //!
-//! # In any other program
-//!
-//! ```no_run
-//! use std::path::Path;
-//! use twobounce::output::display::{Display, ToneMap};
-//! use twobounce::renderer::{Context, ContextOptions, RenderOptions, Renderer};
-//! use twobounce::scene::{LoadOptions, Scene};
-//! use twobounce::settings::Settings;
-//!
-//! let scene = Scene::load(Path::new("scene.glb"), &LoadOptions::default())?;
-//! let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
-//! let view = scene.view(&pose, 0);
-//! let context = Context::new(&ContextOptions::default())?;
-//! let options = RenderOptions::new((640, 360), bounds);
-//! let mut renderer = Renderer::new(&context, scene, &pose, Settings::default(), options)?;
-//! renderer.render(&pose, &view)?;
-//! let image = renderer.read();
-//! image.write_shown(Path::new("image.png"), Display::automatic(ToneMap::default(), image.beauty()))?;
-//! # Ok::<(), twobounce::Error>(())
-//! ```
-//!
 //! # What stays
 //!
-//! Versions follow [semantic versioning](https://semver.org) for what these pages show: [`host`], [`renderer`], [`scene`],
+//! Versions follow [semantic versioning](https://semver.org) for what these pages show: [`render`], [`host`], [`renderer`], [`scene`],
 //! [`settings`], [`Error`], and the crates whose types a host hands over, [`ash`], [`glam`] and [`gpu_allocator`]. Structs are
 //! made by their functions, and their fields changed after that or with `..`, since fields are added. Everything else is public for the program
 //! `twobounce` and for tests, is not shown here, and may change with any version
@@ -124,9 +130,14 @@ pub mod reference;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod stability;
 #[cfg_attr(not(internals), doc(hidden))]
+pub mod stage;
+#[cfg_attr(not(internals), doc(hidden))]
 pub mod vk;
 
 /// The crates whose types a host hands over.
 pub use {ash, glam, gpu_allocator};
 
 pub use error::{Error, Result};
+pub use layers::Aov;
+pub use scene::Scene;
+pub use stage::{Image, Noise, Options, Progress, Sky, Stage, Viewpoint, When, render};

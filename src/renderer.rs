@@ -342,6 +342,16 @@ impl Renderer {
         &self.frame
     }
 
+    /// The settings that are rendered with.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Width and height of the image in pixels.
+    pub fn size(&self) -> (u32, u32) {
+        self.options.size
+    }
+
     /// The scene that is rendered.
     pub fn scene(&self) -> &Scene {
         &self.scene

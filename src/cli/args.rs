@@ -5,13 +5,12 @@ use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use glam::{DVec3, Vec3};
-use twobounce::Error;
+use glam::DVec3;
 use twobounce::gi::Method;
 use twobounce::layers::Aov;
 use twobounce::renderer::Submit;
-use twobounce::scene::{Scene, sky};
 use twobounce::settings::PRESETS;
+use twobounce::stage::{MAX_SIDE, Sky, Stage, Viewpoint, When};
 
 /// A scene and how to look at it.
 #[derive(Args, Clone, Debug)]
@@ -64,11 +63,11 @@ pub struct SceneArgs {
     pub strict: bool,
     /// Add a studio's light, softboxes and a directional light: `auto` where the scene has no light and no sky and does not
     /// light itself
-    #[arg(long, value_name = "WHEN", value_enum, default_value_t = DefaultLight::Auto)]
-    pub default_light: DefaultLight,
+    #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = when())]
+    pub default_light: When,
     /// Add a grey ground below the scene: `auto` with the default light, where the camera is above it
-    #[arg(long, value_name = "WHEN", value_enum, default_value_t = Ground::Auto)]
-    pub ground: Ground,
+    #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = when())]
+    pub ground: When,
 }
 
 /// The sky, which is visible and lights the scene.
@@ -87,68 +86,33 @@ pub struct SkyArgs {
     pub sky_rotation: f64,
 }
 
-impl SkyArgs {
-    /// Refuses what can be found wrong without opening the file.
-    pub fn check(&self) -> twobounce::Result<()> {
-        if self.sky_rotation != 0.0 && self.map().is_none() {
-            return Err(Error::Usage(
-                "--sky-rotation turns a map; name one with --sky FILE.hdr or leave it out".into(),
-            ));
-        }
-        if self.sky_intensity != 1.0 && !self.given() {
-            return Err(Error::Usage("--sky-intensity is for a sky; give one with --sky or leave it out".into()));
-        }
-        Ok(())
-    }
-
-    /// Whether there is a sky, black or not.
-    pub fn given(&self) -> bool {
-        self.sky != Sky::Even(Vec3::ZERO)
-    }
-
-    /// The file that is read.
-    pub fn map(&self) -> Option<&PathBuf> {
-        match &self.sky {
-            Sky::Map(path) => Some(path),
-            Sky::Even(_) => None,
-        }
-    }
-
-    /// Gives `scene` the sky. Returns what is to be said about that.
-    pub fn add_to(&self, scene: &mut Scene, max_texture: Option<u32>) -> twobounce::Result<Vec<String>> {
-        let intensity = self.sky_intensity as f32;
-        let path = match &self.sky {
-            Sky::Even(radiance) => {
-                scene.sky = *radiance * intensity;
-                return Ok(Vec::new());
-            }
-            Sky::Map(path) => path,
+impl SceneArgs {
+    /// What the flags say of what is seen and lit.
+    pub fn stage(&self) -> Stage {
+        let viewpoint = match (self.eye, self.target, &self.camera) {
+            (Some(eye), Some(target), _) => Viewpoint::LookAt { eye, target, up: self.up },
+            (_, _, Some(name)) => Viewpoint::OfFile(name.clone()),
+            _ => Viewpoint::Auto,
         };
-        let (map, mut notes) = sky::read(path, max_texture)?;
-        scene.set_sky_map(map, intensity, self.sky_rotation);
-        if scene.sky == Vec3::ZERO {
-            notes.push(format!("the sky's map {} is black", path.display()));
-        }
-        Ok(notes)
-    }
-
-    /// The sky of `scene` in words, for headers.
-    pub fn words(&self, scene: &Scene) -> String {
-        match (&scene.sky_map, self.map()) {
-            (Some(map), Some(path)) => {
-                let name = path.file_name().unwrap_or_default().to_string_lossy();
-                format!("{name} {} intensity {} rotation {}", map.hash.to_hex(), self.sky_intensity, self.sky_rotation)
-            }
-            _ => scene.sky.to_string(),
+        Stage {
+            viewpoint,
+            fov_degrees: self.fov,
+            animation: self.animation.clone(),
+            time_s: self.time,
+            repeats: self.repeats == Loop::On,
+            sky: self.sky.sky.clone(),
+            sky_intensity: self.sky.sky_intensity,
+            sky_rotation_degrees: self.sky.sky_rotation,
+            max_texture: self.max_texture,
+            default_light: self.default_light,
+            ground: self.ground,
         }
     }
-}
 
-#[derive(Clone, Debug, PartialEq)]
-pub enum Sky {
-    /// Radiance.
-    Even(Vec3),
-    Map(PathBuf),
+    /// The file of the sky's map.
+    pub fn sky_map(&self) -> Option<&PathBuf> {
+        self.sky.sky.map()
+    }
 }
 
 /// Playback after an animation's end.
@@ -156,22 +120,6 @@ pub enum Sky {
 pub enum Loop {
     On,
     Off,
-}
-
-/// When light is added that the file does not have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum DefaultLight {
-    On,
-    Off,
-    Auto,
-}
-
-/// When a ground is added that the file does not have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Ground {
-    On,
-    Off,
-    Auto,
 }
 
 /// Where the settings come from. Later ones win: preset, then file, then method, then single keys.
@@ -256,9 +204,6 @@ pub fn frames(text: &str) -> Result<Frames, &'static str> {
     read().ok_or("write how many frames, or the numbers of the first and the last one, such as 60, 0-59 or 0-59:2")
 }
 
-/// The largest side of an image, in pixels.
-pub const MAX_SIDE: u32 = 16384;
-
 pub fn size(text: &str) -> Result<(u32, u32), String> {
     let side = |s: &str| s.parse().ok().filter(|n| (1..=MAX_SIDE).contains(n));
     text.split_once(['x', 'X'])
@@ -335,6 +280,11 @@ pub fn aov() -> impl TypedValueParser<Value = Aov> {
     let further = || Aov::ALL.iter().filter(|aov| !matches!(aov, Aov::Beauty | Aov::Alpha));
     PossibleValuesParser::new(further().map(|aov| aov.name()))
         .try_map(move |name| further().find(|aov| aov.name() == name).copied().ok_or("no such layer"))
+}
+
+fn when() -> impl TypedValueParser<Value = When> {
+    PossibleValuesParser::new(When::ALL.iter().map(|when| when.name()))
+        .try_map(|name| When::ALL.iter().find(|when| when.name() == name).copied().ok_or("no such word"))
 }
 
 fn submit() -> impl TypedValueParser<Value = Submit> {

@@ -6,6 +6,7 @@ use std::io::{IsTerminal, Write};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 use std::time::{Duration, Instant};
 
+use twobounce::stage::duration;
 use twobounce::vk::Step;
 
 use super::threads;
@@ -174,15 +175,6 @@ impl Pass {
     }
 }
 
-/// Such as `40 s`, `3 min 20 s` or `2 h 5 min`.
-pub fn duration(time: Duration) -> String {
-    match time.as_secs_f64().round() as u64 {
-        seconds @ 0..60 => format!("{seconds} s"),
-        seconds @ 60..3600 => format!("{} min {} s", seconds / 60, seconds % 60),
-        seconds => format!("{} h {} min", seconds / 3600, seconds / 60 % 60),
-    }
-}
-
 /// How long the rest takes if it takes as long as all before, which `spent` went into. The latest alone would say less: rows
 /// alternate between scenes, and one takes ten times as long as another.
 pub fn left(spent: Duration, done: u64, all: u64) -> Option<Duration> {
@@ -233,11 +225,5 @@ mod tests {
         work.frame = course(10, 1, Some(Duration::from_secs(10)));
         work.pass = None;
         assert_eq!(work.words(at(12)), "duck, frame 1 of 3, 18 s left", "before the image the mean tells");
-    }
-
-    #[test]
-    fn durations_are_read_at_a_glance() {
-        let words = [0.2, 59.4, 60.0, 3599.0, 7500.0].map(|s| duration(Duration::from_secs_f64(s)));
-        assert_eq!(words, ["0 s", "59 s", "1 min 0 s", "59 min 59 s", "2 h 5 min"]);
     }
 }

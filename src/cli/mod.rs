@@ -5,7 +5,6 @@
 
 mod args;
 mod bench;
-mod blank;
 mod chart;
 mod compare;
 mod demo;

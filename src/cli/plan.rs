@@ -19,12 +19,13 @@ use twobounce::plan::bench::{Bench, Seen, Setup};
 use twobounce::plan::limits::Limits;
 use twobounce::reference::Options;
 use twobounce::scene::Projection;
+use twobounce::stage::Staged;
 use twobounce::{Error, Result};
 
 use super::args::{DeviceArgs, RunArgs, SceneArgs, budget, memory_size, number};
 use super::progress::Work;
 use super::reference::{cache, check_memory, traced};
-use super::scene::Opened;
+use super::scene::options;
 use super::{interrupt, out, outputs, words};
 use crate::say;
 
@@ -101,7 +102,7 @@ pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     out::be_quiet(args.quiet);
     let limits = args.limits()?;
     args.scene.check()?;
-    outputs::check(&[Some(&args.scene.path), args.scene.sky.map()], &[args.output.as_ref(), args.json.as_ref()])?;
+    outputs::check(&[Some(&args.scene.path), args.scene.sky_map()], &[args.output.as_ref(), args.json.as_ref()])?;
     interrupt::install()?;
     check_memory(ask::error_size(args.scene.size))?;
     let (cameras, first) = (args.scene.camera.clone(), SceneArgs { camera: None, ..args.scene.clone() });
@@ -128,7 +129,7 @@ pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     let bench = Bench::new(Setup {
         context: &context,
         scene: &opened.scene,
-        options: opened.options(args.memory_limit),
+        options: options(&opened, args.memory_limit),
         size: ask::error_size(args.scene.size),
         part: args.error_of,
         store: &store,
@@ -184,7 +185,7 @@ impl PlanArgs {
     }
 
     /// Every camera at every time.
-    fn views(&self, opened: &Opened, cameras: Option<&str>) -> Result<Vec<Seen>> {
+    fn views(&self, opened: &Staged, cameras: Option<&str>) -> Result<Vec<Seen>> {
         let cameras: Vec<Option<&str>> = match cameras {
             None => vec![None],
             // A name may have a comma in it.
@@ -195,9 +196,9 @@ impl PlanArgs {
         moments.map(|(camera, time)| self.view(opened, camera, time)).collect()
     }
 
-    fn view(&self, opened: &Opened, camera: Option<&str>, time: f64) -> Result<Seen> {
+    fn view(&self, opened: &Staged, camera: Option<&str>, time: f64) -> Result<Seen> {
         let args = SceneArgs { camera: camera.map(str::to_owned), time, ..self.scene.clone() };
-        let (pose, view, _) = opened.seen(&args)?;
+        let (pose, view, _) = opened.seen(&args.stage())?;
         let camera = camera.map(|name| format!("--camera={name}"));
         let moment = (time != 0.0).then(|| format!("--time={time}"));
         let flags: Vec<String> = camera.into_iter().chain(moment).collect();
@@ -206,7 +207,7 @@ impl PlanArgs {
     }
 
     /// Two views that were not asked for: another camera of the file and another moment, or the first view turned aside.
-    fn held_out(&self, opened: &Opened, asked: &[Seen]) -> Result<Vec<Seen>> {
+    fn held_out(&self, opened: &Staged, asked: &[Seen]) -> Result<Vec<Seen>> {
         let first = &asked[0];
         let mut views = Vec::new();
         let seen = |seen: &Seen| format!("{:?}", (seen.view.eye, seen.view.forward));

@@ -19,6 +19,7 @@ use super::args::{RunArgs, SceneArgs, SettingsArgs};
 use super::lab::{Experiment, Pages, Runner};
 use super::progress;
 use super::report::{self, RenderReport};
+use super::scene::{fitted, run_options};
 use super::{interrupt, out, outputs};
 use crate::say;
 
@@ -71,7 +72,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
     outputs::check(&inputs, &[args.json.as_ref(), args.plot.as_ref()])?;
     interrupt::install()?;
     let (opened, context) = args.scene.open_on_describing(&args.run)?;
-    let settings = opened.fitted(settings);
+    let settings = fitted(&opened, settings);
     let (scene, size, (pose, view)) = (&opened.scene, opened.size, &opened.still);
     let mut render = RenderReport::new(&opened, &settings, &context);
     let subject = Subject {
@@ -79,7 +80,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
         pose,
         view,
         settings: settings.clone(),
-        options: opened.run_options(&args.run),
+        options: run_options(&opened, &args.run),
         check: interrupt::check,
     };
     let line = progress::Work::begin(&format!("{}: profile", scene.name));

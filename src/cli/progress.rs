@@ -5,10 +5,11 @@ use std::time::Instant;
 
 use twobounce::vk::Watch;
 
-pub use super::line::{Work, course, duration, left};
+pub use super::line::{Work, course, left};
 use super::{interrupt, line};
 use crate::say;
 use course::Course;
+use twobounce::stage::duration;
 
 /// Shows how far a frame's passes are, and ends it after Ctrl-C.
 pub fn watch() -> Watch {

@@ -95,7 +95,7 @@ pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
         shared.list(&parts, Some(&args.output));
         return Ok(ExitCode::SUCCESS);
     }
-    outputs::check(&[Some(&args.scene.path), args.scene.sky.map()], &[Some(&args.output)])?;
+    outputs::check(&[Some(&args.scene.path), args.scene.sky_map()], &[Some(&args.output)])?;
     let (part, traced) = trace(args)?;
     let (film, name) = (&part.film, out::name(&args.output));
     if args.samples.is_some() {

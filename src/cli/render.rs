@@ -6,10 +6,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
-use twobounce::ground::finish::approximated;
 use twobounce::layers::{Aov, Layers};
 use twobounce::measure::refuse_invalid;
-use twobounce::measure::terms;
 use twobounce::measure::timing::Timings;
 use twobounce::measure::trace::chrome_trace;
 use twobounce::memory::mib;
@@ -21,18 +19,17 @@ use twobounce::profile::{Run, WARM_UP};
 use twobounce::renderer::{FrameReport, RenderOptions, Renderer};
 use twobounce::scene::{Pose, Still, View};
 use twobounce::settings::{Bounces, Settings};
-use twobounce::stability::warnings::known_failures;
+use twobounce::stage::{Event, MOST_GATHERED, Refinement, Shot, image_header, known_limits, why_blank};
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
 use super::args::{Frames, RunArgs, SceneArgs, SettingsArgs, aov, frames, number};
-use super::blank::why_blank;
 use super::display::DisplayArgs;
 use super::outputs::{self, ImageFiles};
 use super::progress::{FrameProgress, Work};
-use super::refine::{MOST_GATHERED, RefineArgs, Refinement};
+use super::refine::RefineArgs;
 use super::report::{self, RenderReport};
-use super::scene::Shot;
+use super::scene::{fitted, run_options, warn};
 use super::share::{self, Parts};
 use super::{interrupt, out};
 use crate::say;
@@ -109,7 +106,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         return list(frames, count);
     }
     let image = files.path(args.frames.map_or(0, |frames| frames.first));
-    let inputs = [Some(&args.scene.path), args.settings.config.as_ref(), args.scene.sky.map()];
+    let inputs = [Some(&args.scene.path), args.settings.config.as_ref(), args.scene.sky_map()];
     outputs::check(&inputs, &[Some(&image), args.json.as_ref(), args.trace.as_ref()])?;
     interrupt::install()?;
     let (mut opened, context) = args.scene.open_on(&args.run)?;
@@ -117,16 +114,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let still = !timed && args.frames.is_none();
     let pixels = u64::from(opened.size.0) * u64::from(opened.size.1);
     let scarce = pixels > MOST_GATHERED || args.run.memory_limit.is_some();
-    let settings = args.refine.fitted(settings, &args.settings, still, scarce)?;
-    let settings = opened.fitted(settings);
+    let refine = args.refine.refine();
+    let chosen = args.settings.choose_resolution(&settings)?;
+    let settings = fitted(&opened, refine.fitted(settings, chosen, still, scarce));
     opened.scene.sky_unseen = args.transparent;
-    let header = opened.header([
-        ("writer", format!("twobounce {} render", env!("CARGO_PKG_VERSION"))),
-        ("method", settings.method.name().to_owned()),
-        (terms::HEADER, terms::changes(&settings).join(" ")),
-        ("device", context.name.clone()),
-        ("driver", context.driver.clone()),
-    ]);
+    let header = image_header(&opened, &settings, &context);
     let budget_bytes = context.memory_budget();
     let mut report = RenderReport::new(&opened, &settings, &context);
     report.exposure_ev = args.display.exposure_ev();
@@ -134,16 +126,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     // The layer alpha tells which pixels show the sky.
     let wanted = |aov: &&Aov| **aov == Aov::Alpha || args.aov.contains(aov);
     let aovs = Aov::ALL.iter().filter(wanted).copied().collect();
-    let options = RenderOptions { aovs, ..opened.run_options(&args.run) };
+    let options = RenderOptions { aovs, ..run_options(&opened, &args.run) };
     let (pose, _) = &opened.still;
-    let failures = known_failures(&opened.scene, pose, options.bounds, &settings);
-    if !failures.is_empty() {
-        out::warn(&format!("note: {}: {} (docs/stability.md)", opened.scene.name, failures.join("; ")));
-    }
+    known_limits(&opened, &settings).iter().for_each(|note| warn(&opened, note));
     let doing = context.compiled_anew().map_or("making passes", |_| "compiling pipelines, once");
-    for note in approximated(&opened.scene) {
-        out::warn(&format!("note: {}: {note} (docs/materials.md)", opened.scene.name));
-    }
     let work = Work::begin(&format!("{}: {doing}", opened.scene.name));
     let renderer = Renderer::new(&context, opened.scene, pose, settings.clone(), options)?;
     report::say_compiled(&context);
@@ -161,7 +147,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     }
     (0..warm_up).try_for_each(|_| session.frame(0.0))?;
     // Frames that warm up are not refined.
-    session.refinement = Refinement::new(&args.refine, still, &session.settings, began);
+    session.refinement = Refinement::new(&refine, still, &session.settings, began)
+        .map(|refinement| refinement.of_file(args.scene.path.display().to_string()));
     match args.frames {
         Some(frames) => {
             session.choose_exposure(frames)?;
@@ -253,21 +240,18 @@ impl Session<'_> {
     }
 
     /// Adds passes to the image until it is good, and says how good it is.
-    fn refined(&mut self, mut report: FrameReport, pose: &Pose, view: &View) -> Result<FrameReport> {
+    fn refined(&mut self, report: FrameReport, pose: &Pose, view: &View) -> Result<FrameReport> {
         let Some(refinement) = &mut self.refinement else { return Ok(report) };
-        refinement.begin();
-        while refinement.lacks(self.renderer.passes(), &report) {
-            let scene = self.renderer.scene();
-            let still = Still::new(scene, pose, view);
-            let file = self.args.scene.path.display().to_string();
-            if let Some(words) = refinement.compare(still, self.args.scene.size, &self.settings, &file)? {
-                out::warn(&format!("note: {}: {words}", scene.name));
+        let frames = &self.frames;
+        let mut tell = |renderer: &Renderer, event: Event| {
+            let name = &renderer.scene().name;
+            match event {
+                Event::Note(words) => out::warn(&format!("note: {name}: {words}")),
+                Event::Pass { has, needed } => frames.adds_a_pass(name, renderer.bands().0, has, needed),
             }
-            let (bands, has) = (self.renderer.bands().0, self.renderer.passes());
-            self.frames.adds_a_pass(&scene.name, bands, has, refinement.needed());
-            interrupt::check()?;
-            report = report.then(self.renderer.refine(pose, view)?);
-        }
+            interrupt::check()
+        };
+        let report = refinement.run(&mut self.renderer, (pose, view), report, &mut tell)?;
         self.settings.image.passes = self.renderer.passes();
         let (words, is_short) = refinement.result();
         if is_short {

@@ -8,9 +8,9 @@ use twobounce::measure::timing::{PassTiming, Spread, Timings};
 use twobounce::output::display::ToneMap;
 use twobounce::profile::Run;
 use twobounce::settings::Settings;
+use twobounce::stage::Staged;
 use twobounce::vk::Context;
 
-use super::scene::Opened;
 use crate::say;
 
 /// The version of the form. It must grow when a key changes its name, unit or meaning.
@@ -52,7 +52,7 @@ pub struct RenderReport {
 
 impl RenderReport {
     /// The report with everything that is known before the first frame.
-    pub fn new(opened: &Opened, settings: &Settings, context: &Context) -> Self {
+    pub fn new(opened: &Staged, settings: &Settings, context: &Context) -> Self {
         let (scene, (major, minor, patch)) = (&opened.scene, context.api_version);
         Self {
             version: VERSION,

@@ -13,6 +13,7 @@ mod demo;
 mod driver_cache;
 mod host_example;
 #[cfg(target_os = "linux")]
+mod library;
 mod limits;
 mod machines;
 mod new_method;

@@ -22,6 +22,7 @@ use twobounce::{Error, Result};
 use super::args::{DeviceArgs, SceneArgs, minutes, percent};
 use super::lab::{Pages, Runner};
 use super::reference::{cache, check_memory};
+use super::scene::options;
 use super::share::RowArgs;
 use super::{interrupt, out, words};
 use crate::say;
@@ -179,7 +180,7 @@ impl Bench<'_> {
                 name,
                 view,
                 pose,
-                options: opened.options(self.args.rows.memory_limit),
+                options: options(&opened, self.args.rows.memory_limit),
                 references: Vec::new(),
                 command: words::render_command::<BenchArgs>(&typed, path, self.scene.size),
                 header: opened.header([]),

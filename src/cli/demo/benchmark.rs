@@ -16,6 +16,7 @@ use twobounce::vk::ZoneKind;
 use super::DemoArgs;
 use crate::cli::args::SceneArgs;
 use crate::cli::progress::{FrameProgress, Work};
+use crate::cli::scene::{fitted, run_options};
 use crate::cli::{interrupt, out, outputs, report};
 
 /// The version of the JSON. It must grow when a key is new or changes its name, unit or meaning.
@@ -54,8 +55,8 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
     outputs::check(&[args.settings.config.as_ref()], &[args.json.as_ref()])?;
     interrupt::install()?;
     let (opened, context) = scene.open_on(&args.run)?;
-    let settings = opened.fitted(settings);
-    let options = opened.run_options(&args.run);
+    let settings = fitted(&opened, settings);
+    let options = run_options(&opened, &args.run);
     let work = Work::begin("demo: making passes");
     let mut renderer = Renderer::new(&context, opened.scene, &opened.still.0, settings.clone(), options)?;
     report::say_compiled(&context);

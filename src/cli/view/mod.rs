@@ -45,6 +45,7 @@ use winit::window::Window;
 use super::args::{RunArgs, SceneArgs, SettingsArgs};
 use super::display::DisplayArgs;
 use super::interrupt;
+use super::scene::fitted;
 use answers::Losses;
 use eye::Eye;
 use job::{Choice, Frame, Job, News};
@@ -133,7 +134,7 @@ fn show(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     interrupt::install()?;
     let event_loop = EventLoop::with_user_event().build().map_err(NoWindow::because)?;
     let (opened, context) = args.scene.open_on(&args.run)?;
-    let settings = opened.fitted(settings);
+    let settings = fitted(&opened, settings);
     #[cfg(feature = "hot-reload")]
     reload::begin(args.glsl.as_deref(), event_loop.create_proxy())?;
     let (tone, exposure) = (args.display.tone(), args.display.exposure_ev());
@@ -293,7 +294,7 @@ impl App {
         if settings.grid.center == Center::Camera {
             (settings.grid.center, settings.grid.side) = (Center::Scene, None);
         }
-        let settings = std::mem::replace(&mut self.panel.choice.settings, opened.fitted(settings));
+        let settings = std::mem::replace(&mut self.panel.choice.settings, fitted(&opened, settings));
         let again = args.path == self.subject.args.path;
         let before = std::mem::replace(&mut self.subject, Subject::new(args, typed, opened, &self.run));
         self.before.get_or_insert((before, settings, self.eye, self.later_s));

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use twobounce::renderer::RenderOptions;
 use twobounce::scene::{Scene, View};
+use twobounce::stage::{Shot, Staged};
 
 use super::eye::Eye;
 use crate::cli::args::{RunArgs, SceneArgs};
-use crate::cli::scene::{Opened, Shot};
+use crate::cli::scene::run_options;
 
 pub struct Subject {
     pub args: SceneArgs,
@@ -23,9 +24,9 @@ pub struct Subject {
 }
 
 impl Subject {
-    pub fn new(args: SceneArgs, typed: Vec<String>, opened: Opened, run: &RunArgs) -> Self {
-        let options = opened.run_options(run);
-        let Opened { scene, shot, .. } = opened;
+    pub fn new(args: SceneArgs, typed: Vec<String>, opened: Staged, run: &RunArgs) -> Self {
+        let options = run_options(&opened, run);
+        let Staged { scene, shot, .. } = opened;
         let framing = Eye::of(&View::framing(options.bounds), 1.0);
         let distance = (options.bounds.center() - framing.eye).length();
         let framing = Eye { target: framing.eye + (framing.target - framing.eye) * distance, ..framing };

@@ -95,6 +95,14 @@ const KNOWN_EXTENSIONS: [&str; 23] = [
 const COORDINATE_MAX: f64 = 1e15;
 
 impl Scene {
+    /// Loads a glTF 2.0 file as [`Scene::load`] does by default.
+    ///
+    /// # Errors
+    /// As for [`Scene::load`].
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::load(path.as_ref(), &LoadOptions::default())
+    }
+
     /// Loads the glTF 2.0 file at `path`, `-` for standard input: buffers, images, the chosen scene, every animation.
     ///
     /// `docs/usage.md` lists the supported extensions. Points and lines are left out, and so are textures that cannot be

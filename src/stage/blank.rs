@@ -1,8 +1,8 @@
 //! Why an image shows nothing, or hardly anything.
 
-use twobounce::layers::{Aov, Layers};
-use twobounce::output::display::{Display, MOST_BLACK, black_share};
-use twobounce::scene::{Pose, Projection, Scene, Still, View};
+use crate::layers::{Aov, Layers};
+use crate::output::display::{Display, MOST_BLACK, black_share};
+use crate::scene::{Pose, Projection, Scene, Still, View};
 
 /// An image is reported as white if a larger share of the pixels that show a surface is.
 const MOST_WHITE: f64 = 0.99;

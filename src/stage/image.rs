@@ -1,0 +1,67 @@
+//! A rendered picture.
+
+use std::path::Path;
+
+use crate::layers::{Aov, Layers};
+use crate::output::display::Display;
+use crate::output::exr::Metadata;
+use crate::output::picture::ImageKind;
+use crate::settings::Settings;
+use crate::{Error, Result};
+
+/// A rendered picture: linear radiance, further layers, and how a display shows it.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// Rows from the top.
+    pub layers: Layers,
+    /// How [`Image::save`] shows it in a .png or a .jpg.
+    pub display: Display,
+    /// Sentences about what was ignored, simplified or added, and about what may be wrong with the picture.
+    pub notes: Vec<String>,
+    /// By the picture's own estimate, the root mean square of its pixels' relative error; not known of a single pass.
+    pub noise: Option<f64>,
+    /// The settings that it was made with: `image.passes` is as high as the number of passes that were made.
+    pub settings: Settings,
+    /// Metadata of an .exr.
+    pub(super) header: Metadata,
+}
+
+impl Image {
+    /// Width and height in pixels.
+    pub fn size(&self) -> (u32, u32) {
+        (self.layers.width, self.layers.height)
+    }
+
+    /// Linear radiance (Rec. 709) of `width · height` pixels, rows from the top.
+    pub fn radiance(&self) -> &[[f32; 3]] {
+        self.layers.beauty()
+    }
+
+    /// The pixels of a further layer; `None` if it was not asked for.
+    pub fn layer(&self, layer: Aov) -> Option<&[[f32; 3]]> {
+        self.layers.get(layer)
+    }
+
+    /// 8-bit sRGB of every pixel, exposed and tone-mapped by [`Image::display`].
+    pub fn shown(&self) -> Vec<[u8; 3]> {
+        self.radiance().iter().map(|radiance| self.display.codes(*radiance)).collect()
+    }
+
+    /// Writes the picture: by the path's ending a .png or .jpg, exposed and tone-mapped by [`Image::display`], or an .exr of
+    /// linear radiance with all layers. The bytes are those that `twobounce render` writes.
+    ///
+    /// # Errors
+    /// The path has another ending, or cannot be written; a .jpg of a picture with transparent pixels.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
+        let path = path.as_ref();
+        let kind = ImageKind::of(path);
+        if kind == Some(ImageKind::Jpeg) && self.layers.get(Aov::Alpha).is_some() {
+            return Err(Error::file(path, "has no transparent pixels, as a .jpg; name a .png or an .exr"));
+        }
+        match kind {
+            Some(ImageKind::Exr) => self.layers.write_exr(path, &self.header),
+            Some(_) => self.layers.write_shown(path, self.display),
+            None => Err(Error::file(path, "has an unknown ending; end it in .png, .jpg or .exr")),
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! From a scene to a picture in one call, as `twobounce render` makes it: [`Stage`] says what is seen and lit, [`Staged`] is a scene
+//! made ready for it, [`render`](fn@render) the picture, and [`Refine`] how good it gets. The command line is a user of all of it.
+
+mod blank;
+mod image;
+mod refine;
+mod render;
+mod sky;
+mod staged;
+
+pub use blank::why_blank;
+pub use image::Image;
+pub use refine::{Event, MOST_GATHERED, Noise, Refine, Refinement, duration};
+pub use render::{MAX_SIDE, Options, Progress, check_size, image_header, known_limits, render};
+pub use sky::Sky;
+pub use staged::{Shot, Staged};
+
+use glam::DVec3;
+
+use crate::settings::choices;
+use crate::{Error, Result};
+
+choices! {
+    /// When something is added to a scene that its file does not have.
+    When {
+        On = "on",
+        Off = "off",
+        /// Where the scene needs it.
+        Auto = "auto",
+    }
+}
+
+/// From where a scene is seen.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Viewpoint {
+    /// The file's first camera, or one that frames the scene where it has none.
+    #[default]
+    Auto,
+    /// The file's camera of this name or index.
+    OfFile(String),
+    /// A camera at `eye` that looks at `target`, both in metres.
+    LookAt { eye: DVec3, target: DVec3, up: DVec3 },
+}
+
+/// What of a scene is seen, and what is added to light it.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    pub viewpoint: Viewpoint,
+    /// Vertical field of view in degrees, between 0 and 180; the camera's own where absent, or 45.
+    pub fov_degrees: Option<f64>,
+    /// The name or index of the animation that plays, or `all`; the first where absent.
+    pub animation: Option<String>,
+    /// Seconds within the animation, from 0 on.
+    pub time_s: f64,
+    /// Whether an animation begins anew when it ends; else it stays as it ended.
+    pub repeats: bool,
+    pub sky: Sky,
+    /// The sky's radiance is multiplied by this, at least 0.
+    pub sky_intensity: f64,
+    /// A map is turned by so many degrees, counter-clockwise seen from above.
+    pub sky_rotation_degrees: f64,
+    /// Texels a side of the largest sky map; larger ones are halved until they fit.
+    pub max_texture: Option<u32>,
+    /// A studio's light. It is needed where a scene has neither a light nor a sky, and does not light itself.
+    pub default_light: When,
+    /// A grey ground below the scene. It is needed with the default light where the camera is above it.
+    pub ground: When,
+}
+
+impl Default for Stage {
+    fn default() -> Self {
+        Self {
+            viewpoint: Viewpoint::Auto,
+            fov_degrees: None,
+            animation: None,
+            time_s: 0.0,
+            repeats: false,
+            sky: Sky::default(),
+            sky_intensity: 1.0,
+            sky_rotation_degrees: 0.0,
+            max_texture: None,
+            default_light: When::Auto,
+            ground: When::Auto,
+        }
+    }
+}
+
+impl Stage {
+    /// Refuses mistakes that can be found without a scene.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] in one sentence, which names the command line's flag.
+    pub fn check(&self) -> Result<()> {
+        let usage = |sentence: &str| Err(Error::Usage(sentence.to_owned()));
+        if self.default_light == When::On && self.sky.is_given() {
+            return usage("--default-light on and --sky both give a sky; leave one of them out");
+        }
+        if self.fov_degrees.is_some_and(|fov| !(fov > 0.0 && fov < 180.0)) {
+            return usage("--fov: write degrees between 0 and 180");
+        }
+        if !(self.time_s >= 0.0 && self.time_s.is_finite()) {
+            return usage("--time: write seconds, finite and at least 0");
+        }
+        if self.max_texture == Some(0) {
+            return usage("--max-texture: write 1 texel or more");
+        }
+        self.sky.check(self.sky_intensity, self.sky_rotation_degrees)?;
+        let Viewpoint::LookAt { eye, target, up } = self.viewpoint else { return Ok(()) };
+        if !(eye.is_finite() && target.is_finite() && up.is_finite()) {
+            return usage("--eye, --target and --up: write three finite numbers each");
+        }
+        let Some(forward) = (target - eye).try_normalize() else {
+            return usage("--eye and --target are the same point; move one of them");
+        };
+        // Within 1e-6 radians the image's roll would be rounding noise.
+        if up.try_normalize().is_none_or(|up| up.cross(forward).length() < 1e-6) {
+            return usage("--up is zero or points along the view; choose another direction");
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,158 @@
+//! The library's picture in one call: the command's bytes, notes and refusals.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Arc, Mutex};
+
+use glam::{DVec3, Vec3};
+use twobounce::output::display::ToneMap;
+use twobounce::renderer::{Context, ContextOptions};
+use twobounce::settings::Settings;
+use twobounce::{Aov, Error, Noise, Options, Scene, Sky, Viewpoint, When, render};
+
+use crate::cli_common::{Folder, root, text};
+
+/// Small, rough pictures on a validated device.
+fn small(preset: &str) -> Options {
+    let mut options = Options::preset(preset).unwrap();
+    options.size = (48, 32);
+    options.validation = true;
+    options.noise = Some(Noise::AtMost(0.1));
+    options.set("voxels=16").unwrap();
+    options
+}
+
+/// What the command writes with flags, the library writes with options, as an .exr and as a .png, with as many notes.
+fn are_equal(scene: &Path, preset: &str, flags: &[&str], change: impl Fn(&mut Options)) {
+    let folder = Folder::empty();
+    let scene_words = scene.display().to_string();
+    let preset_flag = format!("--preset={preset}");
+    let common = ["render", &scene_words, &preset_flag, "--size=48x32", "--set=voxels=16", "--validation"];
+    let mut options = small(preset);
+    change(&mut options);
+    let image = render(&Scene::open(scene).unwrap(), &options).unwrap();
+    let is_shown = |flag: &&&str| flag.starts_with("--tonemap") || flag.starts_with("--exposure");
+    for (name, own) in [("a.png", "b.png"), ("a.exr", "b.exr")] {
+        let mut args = common.to_vec();
+        args.extend(flags.iter().filter(|flag| name == "a.png" || !is_shown(flag)));
+        args.extend(["--noise=10", "-o", name]);
+        if name == "a.exr" && !options.layers.is_empty() {
+            args.push("--aov=depth,albedo");
+        }
+        let said = folder.run(&args);
+        assert!(said.status.success(), "{args:?}: {}", text(&said.stderr));
+        image.save(folder.path(own)).unwrap();
+        let [theirs, ours] = [name, own].map(|name| std::fs::read(folder.path(name)).unwrap());
+        assert!(theirs == ours, "{args:?} writes other bytes");
+        if name == "a.png" {
+            let notes: Vec<String> = text(&said.stderr).lines().map(str::to_owned).collect();
+            assert_eq!(notes.len(), image.notes.len(), "{notes:?} {:?}", image.notes);
+            image.notes.iter().zip(&notes).for_each(|(note, line)| assert!(line.ends_with(note), "{note:?} {line:?}"));
+        }
+    }
+    assert!(image.settings.image.passes > 1 && image.noise.unwrap() <= 0.1);
+    assert_eq!(image.shown().len(), 48 * 32);
+}
+
+#[test]
+fn a_bare_model_is_framed_lit_and_refined() {
+    are_equal(&root().join("tests/values/gltf/compressed/knot.glb"), "fast", &[], |_| {});
+}
+
+#[test]
+fn options_are_what_flags_are() {
+    let flags = ["--transparent", "--tonemap=agx", "--exposure=1", "--sky=0.2,0.3,0.5", "--fov=30"];
+    let look = ["--eye=2.5,1.2,2", "--target=0,1,0"];
+    are_equal(&root().join("assets/stairs.glb"), "balanced", &[&flags[..], &look].concat(), |options| {
+        options.transparent = true;
+        (options.tone, options.exposure_ev) = (ToneMap::Agx, Some(1.0));
+        options.layers = vec![Aov::Albedo, Aov::Depth];
+        options.stage.sky = Sky::Even(Vec3::new(0.2, 0.3, 0.5));
+        options.stage.fov_degrees = Some(30.0);
+        let (eye, target) = (DVec3::new(2.5, 1.2, 2.0), DVec3::new(0.0, 1.0, 0.0));
+        options.stage.viewpoint = Viewpoint::LookAt { eye, target, up: DVec3::Y };
+    });
+}
+
+/// Every one is an error of one sentence, none a panic.
+#[test]
+fn options_that_make_no_sense_are_refused() {
+    let scene = Scene::open(root().join("assets/cornell-point.glb")).unwrap();
+    let context = Context::new(&ContextOptions { device: None, validation: true }).unwrap();
+    let cases: [(&str, fn(&mut Options)); 12] = [
+        ("1 to 16384", |o| o.size = (0, 8)),
+        ("1 to 16384", |o| o.size = (8, 20_000)),
+        ("between -60 and 60", |o| o.exposure_ev = Some(f32::NAN)),
+        ("must be above 0", |o| o.noise = Some(Noise::AtMost(f64::NAN))),
+        ("between 0 and 180", |o| o.stage.fov_degrees = Some(180.0)),
+        ("at least 0", |o| o.stage.time_s = f64::INFINITY),
+        ("at least 0", |o| o.stage.sky = Sky::Even(Vec3::splat(-1.0))),
+        ("turns a map", |o| o.stage.sky_rotation_degrees = 5.0),
+        ("both give a sky", |o| {
+            (o.stage.sky, o.stage.default_light) = (Sky::Even(Vec3::ONE), When::On);
+        }),
+        ("same point", |o| {
+            o.stage.viewpoint = Viewpoint::LookAt { eye: DVec3::ONE, target: DVec3::ONE, up: DVec3::Y };
+        }),
+        ("camera", |o| o.stage.viewpoint = Viewpoint::OfFile("nobody".into())),
+        ("samples", |o| {
+            let mut settings = Settings::fast();
+            settings.image.samples = 77;
+            *o = Options { size: (8, 8), context: o.context.clone(), ..Options::with_settings(settings) };
+        }),
+    ];
+    for (words, change) in cases {
+        let mut options = small("fast");
+        options.context = Some(context.clone());
+        change(&mut options);
+        let error = render(&scene, &options).map(drop).unwrap_err();
+        assert!(matches!(error, Error::Usage(_)) && error.to_string().contains(words), "{words}: {error}");
+    }
+    assert!(small("fast").set("voxels=7").is_err() && Options::preset("fastest").is_err());
+}
+
+#[test]
+fn a_picture_tells_how_far_it_is_and_ends_when_asked_to() {
+    let scene = Scene::open(root().join("assets/cornell-area.glb")).unwrap();
+    let (cancel, told) = (Arc::new(AtomicBool::new(false)), Arc::new(Mutex::new(vec![])));
+    let mut options = small("fast");
+    options.noise = None;
+    options.cancel = Some(cancel.clone());
+    options.progress = Some(Arc::new({
+        let (cancel, told) = (cancel.clone(), told.clone());
+        move |progress| {
+            told.lock().unwrap().push(progress);
+            cancel.store(progress.has == 3, Ordering::Relaxed);
+        }
+    }));
+    assert!(matches!(render(&scene, &options), Err(Error::Interrupted)));
+    let told: Vec<_> = told.lock().unwrap().clone();
+    assert_eq!(told.iter().map(|progress| progress.has).collect::<Vec<_>>(), [0, 1, 2, 3]);
+    assert!(told[1].needed.is_none() && told[3].needed > Some(3), "{told:?}");
+    // At once, before anything is made.
+    cancel.store(true, Ordering::Relaxed);
+    let passes = Arc::new(AtomicU32::new(0));
+    options.progress = Some(Arc::new({
+        let passes = passes.clone();
+        move |_| {
+            passes.fetch_add(1, Ordering::Relaxed);
+        }
+    }));
+    assert!(matches!(render(&scene, &options), Err(Error::Interrupted)));
+    assert_eq!(passes.load(Ordering::Relaxed), 0);
+}
+
+#[test]
+fn a_file_of_an_unknown_kind_is_not_written() {
+    let scene = Scene::open(root().join("assets/cornell-point.glb")).unwrap();
+    let mut options = small("fast");
+    (options.noise, options.transparent) = (Some(Noise::Off), true);
+    let image = render(&scene, &options).unwrap();
+    let folder = Folder::empty();
+    for (name, words) in [("a.gif", "unknown ending"), ("a.jpg", "transparent"), ("missing/a.png", "missing")] {
+        let error = image.save(folder.path(name)).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+        assert!(!folder.path(name).exists());
+    }
+    assert!(Scene::open(folder.path("nothing.glb")).is_err());
+}

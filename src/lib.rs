@@ -140,4 +140,4 @@ pub use {ash, glam, gpu_allocator};
 pub use error::{Error, Result};
 pub use layers::Aov;
 pub use scene::Scene;
-pub use stage::{Image, Noise, Options, Progress, Sky, Stage, Viewpoint, When, render};
+pub use stage::{Image, Noise, Options, PathTracing, Progress, Sky, Stage, Viewpoint, When, path_trace, render};

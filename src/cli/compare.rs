@@ -4,12 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use glam::Vec3;
 use twobounce::layers::Layers;
 use twobounce::measure::metrics::{self, Comparison, Metrics, Part};
 use twobounce::measure::picture::side_by_side;
-use twobounce::measure::terms::{self, Subtract};
-use twobounce::output::exr::Metadata;
 use twobounce::output::file;
 use twobounce::{Error, Result};
 
@@ -94,19 +91,6 @@ struct Compared {
 }
 
 impl Compared {
-    /// `headers`: of the image and of the reference. An image of another program has none of the entries.
-    fn of(image: &Layers, reference: &Layers, headers: [&Metadata; 2]) -> Result<Self> {
-        let no_sky = Vec3::ZERO.to_string();
-        let has_sky = headers.iter().any(|header| header.get("sky").is_some_and(|sky| *sky != no_sky));
-        let subtract = if has_sky { Subtract::OfReference } else { Subtract::Own };
-        let mut comparison = metrics::compare(image, reference, subtract)?;
-        let needs = headers[0].get(terms::HEADER).cloned().unwrap_or_default();
-        if !needs.is_empty() {
-            (comparison.indirect, comparison.indirect_diffuse) = (None, None);
-        }
-        Ok(Self { comparison, needs })
-    }
-
     /// Why the indirect light is not compared.
     fn why_not(&self) -> String {
         if self.needs.is_empty() {
@@ -141,10 +125,14 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
     }
     let (image, header) = Layers::read_exr(&args.image)?;
     let (reference, reference_header) = Layers::read_exr(&args.reference)?;
-    let compared = Compared::of(&image, &reference, [&header, &reference_header]).map_err(|error| match error {
-        Error::Usage(problem) => Error::file(&args.image, format!("against {}: {problem}", args.reference.display())),
-        other => other,
-    })?;
+    let (comparison, needs) =
+        metrics::compare_files(&image, &reference, [&header, &reference_header]).map_err(|error| match error {
+            Error::Usage(problem) => {
+                Error::file(&args.image, format!("against {}: {problem}", args.reference.display()))
+            }
+            other => other,
+        })?;
+    let compared = Compared { comparison, needs };
     let exceeded = args.limits.exceeded(&compared)?;
     print(&compared);
     let comparison = &compared.comparison;

@@ -19,12 +19,12 @@ use twobounce::plan::bench::{Bench, Seen, Setup};
 use twobounce::plan::limits::Limits;
 use twobounce::reference::Options;
 use twobounce::scene::Projection;
-use twobounce::stage::Staged;
+use twobounce::stage::{Staged, check_film};
 use twobounce::{Error, Result};
 
 use super::args::{DeviceArgs, RunArgs, SceneArgs, budget, memory_size, number};
 use super::progress::Work;
-use super::reference::{cache, check_memory, traced};
+use super::reference::{cache, traced};
 use super::scene::options;
 use super::{interrupt, out, outputs, words};
 use crate::say;
@@ -104,7 +104,7 @@ pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     args.scene.check()?;
     outputs::check(&[Some(&args.scene.path), args.scene.sky_map()], &[args.output.as_ref(), args.json.as_ref()])?;
     interrupt::install()?;
-    check_memory(ask::error_size(args.scene.size))?;
+    check_film(ask::error_size(args.scene.size))?;
     let (cameras, first) = (args.scene.camera.clone(), SceneArgs { camera: None, ..args.scene.clone() });
     let opened = first.open()?;
     let views = args.views(&opened, cameras.as_deref())?;

@@ -8,14 +8,14 @@ use std::time::Instant;
 
 use clap::Args;
 use twobounce::layers::Aov;
-use twobounce::memory;
 use twobounce::output::file;
 use twobounce::output::picture::ImageKind;
 use twobounce::reference::cache::{self, Cache};
 use twobounce::reference::film::Film;
 use twobounce::reference::part::{About, Part};
-use twobounce::reference::{Depth, Options, Progress, Stop, VERSION};
+use twobounce::reference::{Depth, Options, Progress, Stop};
 use twobounce::scene::Still;
+use twobounce::stage::{check_film, truth_header};
 use twobounce::{Error, Result};
 
 use super::args::{SceneArgs, aov, percent};
@@ -147,7 +147,7 @@ fn trace(args: &ReferenceArgs) -> anyhow::Result<(Part, Traced)> {
         Some(samples) => Stop::Range { first: samples.start, end: samples.end },
         None => args.spp.map_or(Stop::Noise(args.noise), Stop::Samples),
     };
-    check_memory(args.scene.size)?;
+    check_film(args.scene.size)?;
     interrupt::install()?;
     let mut opened = args.scene.open()?;
     opened.scene.sky_unseen = args.transparent;
@@ -162,15 +162,7 @@ fn trace(args: &ReferenceArgs) -> anyhow::Result<(Part, Traced)> {
             out::warn("finished samples are kept; the same command continues from there");
         }
     })?;
-    let depth = match args.depth {
-        Depth::Full => "full".to_owned(),
-        Depth::Bounces(n) => format!("direct light and {n} indirect bounces"),
-    };
-    let header = opened.header([
-        ("writer", format!("twobounce {} reference, tracer {VERSION}", env!("CARGO_PKG_VERSION"))),
-        ("depth", depth),
-        ("seed", args.seed.to_string()),
-    ]);
+    let header = truth_header(&opened, args.depth, args.seed);
     let alpha = args.transparent.then_some(Aov::Alpha);
     let layers = args.aov.iter().copied().chain(alpha).map(|aov| aov.name().to_owned()).collect();
     Ok((Part { key: cache::key(of, &options), about: About { header, layers }, film }, traced))
@@ -183,16 +175,6 @@ pub fn cache() -> Cache {
         out::warn(&format!("note: {problem}; references are not kept, unless TWOBOUNCE_CACHE names a folder for them"));
     }
     cache
-}
-
-/// Refuses a film that does not fit into memory.
-pub fn check_memory((width, height): (u32, u32)) -> Result<()> {
-    let needed = Film::bytes(width, height);
-    let Some(available) = memory::available().filter(|available| needed > *available) else { return Ok(()) };
-    let [needed, available] = [needed, available].map(|bytes| bytes >> 20);
-    let text =
-        format!("a reference of {width}x{height} needs {needed} MiB, {available} are free; choose a smaller --size");
-    Err(Error::Memory(text))
 }
 
 /// Work that was done in this call.

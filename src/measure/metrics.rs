@@ -4,10 +4,12 @@
 //!
 //! Pixels that are not finite in one of the images are counted and excluded from every metric.
 
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::terms::Subtract;
+use super::terms::{self, Subtract};
 use crate::layers::{Aov, Layers};
+use crate::output::exr::Metadata;
 use crate::{Error, Result};
 
 /// The smallest denominator of a relative error, as a share of the reference's mean: for dark pixels.
@@ -153,6 +155,23 @@ pub fn compare(image: &Layers, reference: &Layers, subtract: Subtract) -> Result
         image: NonFinite::of(image.beauty()),
         reference: NonFinite::of(reference.beauty()),
     })
+}
+
+/// [`compare`] of images with the headers of their files; an image of another program has no entries in its. Also the settings with which
+/// the image must be rendered again before its indirect light can be compared; empty if it can.
+///
+/// # Errors
+/// As for [`compare`].
+pub fn compare_files(image: &Layers, reference: &Layers, headers: [&Metadata; 2]) -> Result<(Comparison, String)> {
+    let no_sky = Vec3::ZERO.to_string();
+    let has_sky = headers.iter().any(|header| header.get("sky").is_some_and(|sky| *sky != no_sky));
+    let subtract = if has_sky { Subtract::OfReference } else { Subtract::Own };
+    let mut comparison = compare(image, reference, subtract)?;
+    let needs = headers[0].get(terms::HEADER).cloned().unwrap_or_default();
+    if !needs.is_empty() {
+        (comparison.indirect, comparison.indirect_diffuse) = (None, None);
+    }
+    Ok((comparison, needs))
 }
 
 /// The noise that a reference's own error may add to `rel`, by part of the light: mean |error of the reference| over its mean; of

@@ -177,6 +177,12 @@ impl Film {
         self.rows.iter().flat_map(|r| &r.pixels).map(pixel).collect()
     }
 
+    /// Metadata of an .exr: the samples per pixel and the noise.
+    pub fn header(&self) -> [(String, String); 2] {
+        let (samples, noise) = (self.done().to_string(), format!("{:.6}", self.noise()));
+        [("samplesPerPixel".to_owned(), samples), ("noise".to_owned(), noise)]
+    }
+
     /// The image and further layers. All rows must have the same number of samples.
     pub fn layers(&self, aovs: &[Aov]) -> Layers {
         let samples = self.done().max(1) as f64;

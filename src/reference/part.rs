@@ -116,8 +116,7 @@ impl Part {
             .filter_map(|name| Aov::ALL.iter().find(|aov| aov.name() == name).copied())
             .collect();
         let mut header = self.about.header.clone();
-        header.insert("samplesPerPixel".to_owned(), self.film.done().to_string());
-        header.insert("noise".to_owned(), format!("{:.6}", self.film.noise()));
+        header.extend(self.film.header());
         (self.film.layers(&layers), header)
     }
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::layers::{Aov, Layers};
+use crate::measure::metrics::{Comparison, compare_files};
 use crate::output::display::Display;
 use crate::output::exr::Metadata;
 use crate::output::picture::ImageKind;
@@ -20,8 +21,9 @@ pub struct Image {
     pub notes: Vec<String>,
     /// By the picture's own estimate, the root mean square of its pixels' relative error; not known of a single pass.
     pub noise: Option<f64>,
-    /// The settings that it was made with: `image.passes` is as high as the number of passes that were made.
-    pub settings: Settings,
+    /// The settings that it was rendered with: `image.passes` is as high as the number of passes that were made. A traced picture has
+    /// none.
+    pub settings: Option<Settings>,
     /// Metadata of an .exr.
     pub(super) header: Metadata,
 }
@@ -47,8 +49,17 @@ impl Image {
         self.radiance().iter().map(|radiance| self.display.codes(*radiance)).collect()
     }
 
+    /// Compares the picture with its reference: energy, errors, and those of the indirect light by itself if both have the layer
+    /// `direct`; `docs/accuracy.md` has the formulas.
+    ///
+    /// # Errors
+    /// The sizes differ, a picture has no finite pixel, or the reference is black.
+    pub fn compare(&self, reference: &Self) -> Result<Comparison> {
+        Ok(compare_files(&self.layers, &reference.layers, [&self.header, &reference.header])?.0)
+    }
+
     /// Writes the picture: by the path's ending a .png or .jpg, exposed and tone-mapped by [`Image::display`], or an .exr of
-    /// linear radiance with all layers. The bytes are those that `twobounce render` writes.
+    /// linear radiance with all layers. The bytes are those that the command writes.
     ///
     /// # Errors
     /// The path has another ending, or cannot be written; a .jpg of a picture with transparent pixels.

@@ -7,6 +7,7 @@ mod refine;
 mod render;
 mod sky;
 mod staged;
+mod truth;
 
 pub use blank::why_blank;
 pub use image::Image;
@@ -14,6 +15,7 @@ pub use refine::{Event, MOST_GATHERED, Noise, Refine, Refinement, duration};
 pub use render::{MAX_SIDE, Options, Progress, check_size, image_header, known_limits, render};
 pub use sky::Sky;
 pub use staged::{Shot, Staged};
+pub use truth::{PathTracing, check_film, path_trace, truth_header};
 
 use glam::DVec3;
 

@@ -123,7 +123,7 @@ impl Options {
         Ok(self)
     }
 
-    fn check(&self) -> Result<()> {
+    pub(super) fn check(&self) -> Result<()> {
         let usage = |sentence: String| Err(Error::Usage(sentence));
         let (width, height) = self.size;
         if [width, height].iter().any(|side| !(1..=MAX_SIDE).contains(side)) {
@@ -214,7 +214,7 @@ pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
     settings.image.passes = renderer.passes();
     let mut header = header;
     header.insert("settings".into(), settings.to_toml());
-    Ok(Image { layers, display, notes, noise: report.noise, settings, header })
+    Ok(Image { layers, display, notes, noise: report.noise, settings: Some(settings), header })
 }
 
 /// Refuses an image that is larger than those that a device makes.

@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use twobounce::output::display::ToneMap;
 use twobounce::renderer::{Context, ContextOptions};
 use twobounce::settings::Settings;
-use twobounce::{Aov, Error, Noise, Options, Scene, Sky, Viewpoint, When, render};
+use twobounce::{Aov, Error, Noise, Options, PathTracing, Scene, Sky, Viewpoint, When, path_trace, render};
 
 use crate::cli_common::{Folder, root, text};
 
@@ -50,7 +50,7 @@ fn are_equal(scene: &Path, preset: &str, flags: &[&str], change: impl Fn(&mut Op
             image.notes.iter().zip(&notes).for_each(|(note, line)| assert!(line.ends_with(note), "{note:?} {line:?}"));
         }
     }
-    assert!(image.settings.image.passes > 1 && image.noise.unwrap() <= 0.1);
+    assert!(image.settings.as_ref().unwrap().image.passes > 1 && image.noise.unwrap() <= 0.1);
     assert_eq!(image.shown().len(), 48 * 32);
 }
 
@@ -79,7 +79,8 @@ fn options_are_what_flags_are() {
 fn options_that_make_no_sense_are_refused() {
     let scene = Scene::open(root().join("assets/cornell-point.glb")).unwrap();
     let context = Context::new(&ContextOptions { device: None, validation: true }).unwrap();
-    let cases: [(&str, fn(&mut Options)); 12] = [
+    type Change = fn(&mut Options);
+    let cases: [(&str, Change); 12] = [
         ("1 to 16384", |o| o.size = (0, 8)),
         ("1 to 16384", |o| o.size = (8, 20_000)),
         ("between -60 and 60", |o| o.exposure_ev = Some(f32::NAN)),
@@ -155,4 +156,41 @@ fn a_file_of_an_unknown_kind_is_not_written() {
         assert!(!folder.path(name).exists());
     }
     assert!(Scene::open(folder.path("nothing.glb")).is_err());
+}
+
+#[test]
+fn a_traced_picture_is_the_references() {
+    let scene = root().join("assets/cornell-area.glb");
+    let folder = Folder::empty();
+    let words = scene.display().to_string();
+    folder.done(&[
+        "reference",
+        &words,
+        "-o=a.exr",
+        "--size=48x32",
+        "--spp=16",
+        "--depth=full",
+        "--seed=3",
+        "--aov=ao,direct",
+    ]);
+    let options = Options { size: (48, 32), layers: vec![Aov::Ao, Aov::Direct], ..Options::default() };
+    let how = PathTracing { bounces: None, samples: Some(16), seed: 3, ..PathTracing::default() };
+    let opened = Scene::open(&scene).unwrap();
+    let truth = path_trace(&opened, &options, &how, &|_| {}).unwrap();
+    truth.save(folder.path("b.exr")).unwrap();
+    let [theirs, ours] = ["a.exr", "b.exr"].map(|name| std::fs::read(folder.path(name)).unwrap());
+    assert!(theirs == ours, "other bytes than the command's");
+    // A picture is compared as by `twobounce compare`.
+    let mut rendered = small("fast");
+    rendered.layers = vec![Aov::Direct];
+    let image = render(&opened, &rendered).unwrap();
+    image.save(folder.path("image.exr")).unwrap();
+    folder.done(&["compare", "image.exr", "a.exr", "--json=a.json"]);
+    let compared = image.compare(&truth).unwrap();
+    assert_eq!(folder.json("a.json")["total"]["rel"].as_f64(), Some(compared.total.rel));
+    assert_eq!(folder.json("a.json")["indirect"]["rel"].as_f64(), compared.indirect.map(|indirect| indirect.rel));
+    assert!(compared.indirect.is_some() && compared.total.rel < 0.2);
+    for how in [PathTracing { samples: Some(1), ..how.clone() }, PathTracing { noise: 0.0, ..how.clone() }] {
+        assert!(matches!(path_trace(&opened, &options, &how, &|_| {}), Err(Error::Usage(_))));
+    }
 }

@@ -17,11 +17,12 @@ use twobounce::chart::row::Row;
 use twobounce::lab::store::{Origin, Row as _, Store, Stored, device_words};
 use twobounce::output::file;
 use twobounce::reference::cache::Cache;
+use twobounce::stage::check_film;
 use twobounce::{Error, Result};
 
 use super::args::{DeviceArgs, SceneArgs, minutes, percent};
 use super::lab::{Pages, Runner};
-use super::reference::{cache, check_memory};
+use super::reference::cache;
 use super::scene::options;
 use super::share::RowArgs;
 use super::{interrupt, out, words};
@@ -124,7 +125,7 @@ impl Bench<'_> {
         out::be_quiet(self.args.quiet);
         self.scene.check()?;
         interrupt::install()?;
-        check_memory(self.scene.size)?;
+        check_film(self.scene.size)?;
         let store = Store::open(self.folder, self.args.rows.any_build)?;
         let scenes = self.open()?;
         imports::check(&self.rows, &scenes)?;

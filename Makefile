@@ -22,7 +22,7 @@ demo:  ## build, render the gallery: print what each pass took, then refine the 
 	  --size 512x512 --set voxels=64 --time-limit 2min
 	@echo "The picture: out/gallery.png; out/one-pass.png is that of the times above"
 
-test:  ## formatting, lints, docs, every test
+test:  ## formatting, lints, docs, every test, of Rust and of the Python package
 	scripts/setup.sh test
 	cargo fmt --check
 	cargo clippy --release --locked --features hot-reload --all-targets -- -D warnings
@@ -30,6 +30,7 @@ test:  ## formatting, lints, docs, every test
 	RUSTDOCFLAGS="-D warnings --cfg internals" cargo doc --release --locked --no-deps --document-private-items
 	cargo test --release --locked --features hot-reload --no-run
 	scripts/guard.sh $(TEST_SECONDS) cargo test --release --locked --features hot-reload
+	scripts/guard.sh $(TEST_SECONDS) scripts/test-python.sh
 
 test-web:  ## the chart's page in a real browser (Debian's chromium, installed if missing)
 	scripts/setup.sh web

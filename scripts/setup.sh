@@ -20,6 +20,8 @@ if [ "$purpose" = test ]; then
   wanted+=(
     "vulkan-validationlayers: checks every Vulkan call of the tests"
     "spirv-tools: checks the shaders as pipelines take them"
+    "python3-numpy: arrays, for the tests of the Python package"
+    "python3-pytest: runs the tests of the Python package"
     "xvfb: a display in memory for the tests of the window"
     "jwm: a window manager, for the test that minimises the window"
     "libx11-xcb1: opens windows"
@@ -69,7 +71,7 @@ This is neither Debian nor Ubuntu, so this script installs nothing. twobounce ne
   - Rust 1.95 or newer: https://rustup.rs
   - a C compiler, for linking
   - the Vulkan loader (libvulkan.so.1) and a driver; without a GPU, Mesa's lavapipe
-  - for the tests: the Vulkan validation layers, spirv-val of the SPIR-V tools, Xvfb, jwm
+  - for the tests: the Vulkan validation layers, spirv-val of the SPIR-V tools, Xvfb, jwm, Python 3 with numpy and pytest
   - for the window on X11: libX11, libX11-xcb, libXcursor, libXi, libxkbcommon-x11
   - for make test-web: chromium, chromedriver, python3
   - for building shaderc once (about 8 minutes): cmake, git, python3, a C++ compiler; ninja helps

@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# Builds the Python package's native part beside the rest, and runs its tests with the system's Python, numpy and pytest.
+set -euo pipefail
+cd "$(dirname "$0")/../python"
+target=${CARGO_TARGET_DIR:-$PWD/../target}
+
+cargo fmt --check
+cargo clippy --release --locked --target-dir "$target" -- -D warnings
+cargo build --release --locked --target-dir "$target"
+install -m 755 "$target/release/lib_core.so" src/twobounce/_core.abi3.so
+# Debian's Python is the one that Debian's numpy belongs to.
+python=/usr/bin/python3
+[ -x "$python" ] || python=python3
+PYTHONPATH=src exec "$python" -m pytest -q -p no:cacheprovider

@@ -7,8 +7,12 @@ target=${CARGO_TARGET_DIR:-$PWD/../target}
 cargo fmt --check
 cargo clippy --release --locked --target-dir "$target" -- -D warnings
 cargo build --release --locked --target-dir "$target"
-install -m 755 "$target/release/lib_core.so" src/twobounce/_core.abi3.so
+package=$target/python/twobounce
+rm -rf "$package"
+mkdir -p "$package"
+cp src/twobounce/* "$package"
+cp "$target/release/lib_core.so" "$package/_core.abi3.so"
 # Debian's Python is the one that Debian's numpy belongs to.
 python=/usr/bin/python3
 [ -x "$python" ] || python=python3
-PYTHONPATH=src exec "$python" -m pytest -q -p no:cacheprovider
+PYTHONPATH=$target/python exec "$python" -m pytest -q -p no:cacheprovider

@@ -128,16 +128,13 @@ impl Scene {
             return Err(Error::new_err("a mesh has an index beyond its vertices"));
         }
         let count = positions.len();
-        let [normals, uvs] =
-            [(normals, 12), (uvs, 8)].map(|(bytes, size)| (bytes.len() == size * count).then_some(bytes));
-        let mesh = match normals {
+        let of_vertices = |bytes: Vec<u8>, size: usize| (bytes.len() == size * count).then_some(bytes);
+        let uvs = of_vertices(uvs, 8).map_or_else(|| vec![Vec2::ZERO; count], |uvs| vectors(&uvs, Vec2::from_array));
+        let mesh = match of_vertices(normals, 12) {
             Some(normals) => Mesh {
                 normals: vectors(&normals, Vec3::from_array).into_iter().map(Vec3::normalize_or_zero).collect(),
                 tangents: vec![Vec4::new(1.0, 0.0, 0.0, 1.0); count],
-                uvs: [
-                    uvs.map_or_else(|| vec![Vec2::ZERO; count], |uvs| vectors(&uvs, Vec2::from_array)),
-                    vec![Vec2::ZERO; count],
-                ],
+                uvs: [uvs, vec![Vec2::ZERO; count]],
                 colors: vec![Vec4::ONE; count],
                 positions,
                 indices,
@@ -145,14 +142,9 @@ impl Scene {
                 ..Mesh::default()
             },
             None => {
-                let corner = |&index: &u32| positions[index as usize];
-                let triangles: Vec<[Vec3; 3]> =
-                    indices.as_chunks().0.iter().map(|t: &[u32; 3]| t.each_ref().map(corner)).collect();
-                let mut mesh = Mesh::triangles("mesh", material, &triangles);
-                if let Some(uvs) = uvs {
-                    let uvs: Vec<Vec2> = vectors(&uvs, Vec2::from_array);
-                    mesh.uvs[0] = indices.iter().map(|&index| uvs[index as usize]).collect();
-                }
+                let corners: Vec<Vec3> = indices.iter().map(|&index| positions[index as usize]).collect();
+                let mut mesh = Mesh::triangles("mesh", material, corners.as_chunks().0);
+                mesh.uvs[0] = indices.iter().map(|&index| uvs[index as usize]).collect();
                 mesh
             }
         };

@@ -55,7 +55,7 @@ def test_a_picture_is_near_its_reference(room):
 
 
 def test_a_closed_room_has_the_light_of_its_sum(room):
-    """All light in a closed room whose walls reflect half: about as much again as one reflection and its reflections give."""
+    """Walls that reflect half of the light: all light is about twice the direct light."""
     direct, all_light = (twobounce.path_trace(room, size=(32, 32), samples=64, bounces=n) for n in (0, None))
     ratio = all_light.radiance.mean() / direct.radiance.mean()
     assert 1.3 < ratio < 2.5, ratio
@@ -77,7 +77,8 @@ def test_arrays_make_the_scene_of_a_file(tmp_path):
     scene.add_light((3, 3, 3), direction=(0, 0, -1))
     scene.add_light((9, 9, 9), position=(0, 0, 2), direction=(0, 0, -1), cone=(0.3, 0.5), radius=0.1)
     assert scene.triangles == 4
-    image = twobounce.path_trace(scene, size=(32, 32), samples=8, eye=(0, 0, 3), target=(0, 0, 0), layers=["albedo"])
+    look = dict(eye=(0, 0, 3), target=(0, 0, 0), layers=["albedo"])
+    image = twobounce.path_trace(scene, size=(32, 32), samples=8, **look)
     albedo = image.layer("albedo")
     assert albedo[16, 10, 0] > 0.9 and albedo[16, 21, 0] < 0.1, "the texture's red half is on the left"
     assert image.radiance[16, 10, 0] > 0.1 > image.radiance[16, 10, 1]

@@ -6,8 +6,9 @@
     image.save("model.png")              # exposed and tone-mapped; an .exr has the radiance itself
     radiance = image.radiance            # numpy, float32, height × width × 3, linear Rec. 709
 
-:func:`render` does what the command ``twobounce render`` does, :func:`path_trace` what ``twobounce reference`` does, and
-:meth:`Image.compare` has the project's one definition of an error (``docs/accuracy.md``). A device is a GPU or Mesa's lavapipe.
+:func:`render` does what the command ``twobounce render`` does, :func:`path_trace` what ``twobounce reference`` does,
+and :meth:`Image.compare` has the project's one definition of an error (``docs/accuracy.md``). A device is a GPU or
+Mesa's lavapipe.
 """
 
 from __future__ import annotations
@@ -321,17 +322,17 @@ def read_rows(path: _Path) -> list[dict[str, Any]]:
         raise Error(f"{path}: is no rows of a chart ({problem})") from problem
 
 
-_LOOK = {
-    "camera", "eye", "target", "up", "fov", "time", "animation", "loop", "sky", "sky_intensity", "sky_rotation", "default_light",
-    "ground", "layers", "transparent", "tone", "exposure",
-}  # fmt: skip
+_LOOK = frozenset(
+    "camera eye target up fov time animation loop sky sky_intensity sky_rotation default_light ground layers transparent"
+    " tone exposure".split()
+)
 
 
 def _look(size: Iterable[int], look: dict[str, Any]) -> dict[str, Any]:
     """What is seen, as the native part takes it."""
     unknown = sorted(set(look) - _LOOK)
     if unknown:
-        raise TypeError(f"there is no keyword {unknown[0]!r}; look takes {', '.join(sorted(_LOOK))}")
+        raise TypeError(f"there is no keyword {unknown[0]!r}; there are {', '.join(sorted(_LOOK))}")
     options = {key: value for key, value in look.items() if key not in ("eye", "target", "up", "camera", "sky")}
     width, height = (_whole(side) for side in size)
     options["size"] = (width, height)
@@ -378,7 +379,7 @@ def _check_look(eye: _Vector, target: _Vector, up: _Vector, fov: float) -> None:
     forward = np.subtract(target, eye).astype(np.float64)
     is_finite = np.isfinite([*eye, *target, *up, fov]).all()
     if not is_finite or not 0 < fov < 180 or np.linalg.norm(np.cross(forward, up)) <= 1e-6 * np.linalg.norm(forward):
-        raise Error("a camera has an eye, another target, an up that is not along the view, and a fov between 0 and 180 degrees")
+        raise Error("a camera has an eye, another target, an up not along the view, and a fov between 0 and 180 degrees")
 
 
 def _toml(value: Any) -> str:

@@ -175,10 +175,17 @@ impl Frame {
     }
 
     /// Records a frame that lights what a host drew, instead of an image. `given`: of [`Self::given`].
-    pub fn record_given(&mut self, r: &mut Recorder, slot: usize, seen: &Seen, given: &GivenPass) {
+    /// `has_material`: see [`GivenPass::record`].
+    pub fn record_given(
+        &mut self,
+        r: &mut Recorder,
+        slot: usize,
+        seen: &Seen,
+        (given, has_material): (&GivenPass, bool),
+    ) {
         self.record_light(r, seen);
         self.light_all(r);
-        given.record(r, &self.ground, &self.method.binds(&self.ground));
+        given.record(r, &self.ground, &self.method.binds(&self.ground), has_material);
         self.copy_counters(r, slot);
     }
 

@@ -1,6 +1,6 @@
 //! For programs that render with Vulkan themselves: their device, their command buffers, their images.
 //!
-//! The crate's first page says how the parts go together, and `examples/host.rs` is a whole host. The contract:
+//! The crate's first page says how the parts go together, and `examples/host/` is a whole host. The contract:
 //!
 //! | call | allocates | submits and waits | fails |
 //! |---|---|---|---|
@@ -24,9 +24,9 @@
 //!   global state but tables of constants, and a count of files that are being written.
 //! - **Words.** Errors are one sentence. Notes go to [`tracing`](https://docs.rs/tracing), which is silent until a host listens.
 //!
-//! Not supported: rendering by a queue family without graphics, mirrors and glass on surfaces that the host drew
-//! ([`Prepared::record_given`] takes Lambertian ones), swapchains, tone mapping on the device, deformed meshes; a
-//! change to a material, a mesh or the number of lights asks for [`Prepared::new`] or [`Prepared::change`].
+//! Not supported: rendering by a queue family without graphics, glass and coats on surfaces that the host drew, swapchains, tone
+//! mapping on the device, deformed meshes; a change to a material, a mesh or the number of lights asks for [`Prepared::new`] or
+//! [`Prepared::change`].
 
 use std::sync::Arc;
 
@@ -61,7 +61,7 @@ pub struct Prepare {
     pub bounds: Bounds,
     /// Frames that may be in flight at once, 1 or more.
     pub slots: usize,
-    /// Make ready for surfaces that the host draws: [`Prepared::record_given`], five images more.
+    /// Make ready for surfaces that the host draws: [`Prepared::record_given`], six images more.
     pub given: bool,
     /// Measure passes, for [`Prepared::timings`].
     pub timestamps: bool,
@@ -125,6 +125,7 @@ pub struct Output {
 pub struct Inputs {
     /// In the order of [`GivenPass::inputs`].
     images: [HostImage; 3],
+    material: Option<HostImage>,
 }
 
 impl Prepared {
@@ -190,15 +191,22 @@ impl Prepared {
     /// Checks that a host's surfaces can be lit: images that can be read, of the frame's size, seen through the view of the frame.
     /// `depth`, in the first channel: metres along the view's forward axis, 0 where there is no surface (`R32_SFLOAT`, since a
     /// half is too coarse to start rays from). `normal`: in world space, of any length above 0, towards the viewer, of a float
-    /// format. `albedo`: linear, of a Lambertian surface.
+    /// format. `albedo`: linear, glTF's base colour. `material`: roughness in the first channel and metallic in the second, linear,
+    /// of glTF's model; without it all surfaces are Lambertian.
     ///
     /// # Errors
     /// As for [`Self::output`], or [`Prepare::given`] was not set.
-    pub fn inputs(&self, depth: HostImage, normal: HostImage, albedo: HostImage) -> Result<Inputs> {
+    pub fn inputs(
+        &self,
+        depth: HostImage,
+        normal: HostImage,
+        albedo: HostImage,
+        material: Option<HostImage>,
+    ) -> Result<Inputs> {
         self.check_given()?;
         let images = [depth, normal, albedo];
-        images.iter().try_for_each(|image| self.check(image, true))?;
-        Ok(Inputs { images })
+        images.iter().chain(&material).try_for_each(|image| self.check(image, true))?;
+        Ok(Inputs { images, material })
     }
 
     fn check_given(&self) -> Result<()> {
@@ -282,11 +290,11 @@ impl Prepared {
             given.light(output.layer == Aov::Direct)
         };
         let record = |recorder: &mut Recorder| {
-            for (host, own) in inputs.images.iter().zip(given.inputs()) {
+            for (host, own) in inputs.images.iter().chain(&inputs.material).zip(given.inputs()) {
                 // SAFETY: `inputs` checked them; the rest is the caller's.
                 unsafe { recorder.convert(own, host, true) };
             }
-            frame.record_given(recorder, slot, seen, given);
+            frame.record_given(recorder, slot, seen, (given, inputs.material.is_some()));
             // SAFETY: the caller's.
             unsafe { write(recorder, outputs, own) };
         };

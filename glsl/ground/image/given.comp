@@ -2,8 +2,9 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! per method
-// Given: the light of surfaces that a host drew itself: Lambertian ones, each known by its depth, its normal and its
-// albedo. They are lit by the scene, and are not a part of it. Writes radiance; alpha is 1 where there is a surface.
+// Given: the light of surfaces that a host drew itself, each known by its depth, its normal, its base colour and,
+// unless all are Lambertian, its roughness and how metallic it is. They are lit by the scene, and need not be a part of
+// it. Writes radiance; alpha is 1 where there is a surface.
 
 #include "ground/constants.glsl"
 #include "ground/surface.glsl"
@@ -17,10 +18,16 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D given_depth; // metres along the view's axis; 0 or FAR where there is nothing
 uniform sampler2D given_normal;
 uniform sampler2D given_albedo;
+uniform sampler2D given_material; // roughness, metallic
 layout(rgba32f) writeonly uniform image2D given_direct;
 layout(rgba32f) writeonly uniform image2D given_indirect;
 
+layout(push_constant) uniform Push {
+    uint has_material;
+} push; // else surfaces are Lambertian
+
 const float FAR = 1e30; // and above
+const float DIELECTRIC_F0 = 0.04; // glTF's, of an index of refraction of 1.5
 
 Surface given_surface(ivec2 at, float depth) {
     vec3 across = off_axis(vec2(at) + 0.5);
@@ -30,13 +37,15 @@ Surface given_surface(ivec2 at, float depth) {
     s.normal = normalize(texelFetch(given_normal, at, 0).xyz);
     s.facet = s.normal;
     s.albedo = texelFetch(given_albedo, at, 0).rgb;
-    s.diffuse = s.albedo;
-    s.diffuse_share = 1.0;
-    s.f0 = vec3(0.0);
-    s.f90 = 0.0;
-    s.coat_f0 = 0.0;
-    s.coat_f90 = 0.0;
-    s.roughness = 1.0;
+    bool glossy = push.has_material != 0u;
+    vec2 material = glossy ? clamp(texelFetch(given_material, at, 0).xy, 0.0, 1.0) : vec2(1.0, 0.0);
+    s.diffuse_share = 1.0 - material.y;
+    s.diffuse = s.albedo * s.diffuse_share;
+    s.f0 = glossy ? mix(vec3(DIELECTRIC_F0), s.albedo, material.y) : vec3(0.0);
+    s.f90 = glossy ? 1.0 : 0.0;
+    s.coat_f0 = glossy ? DIELECTRIC_F0 : 0.0;
+    s.coat_f90 = s.f90;
+    s.roughness = material.x;
     s.opacity = 1.0;
     s.transmitted = vec3(0.0);
     s.transmission = 0.0;
@@ -57,8 +66,9 @@ void main() {
     bool there = depth > 0.0 && depth < FAR && any(notEqual(texelFetch(given_normal, at, 0).xyz, vec3(0.0)));
     Surface s = given_surface(at, there ? depth : 1.0);
     vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
+    Viewed viewed = Viewed(view, lobes_towards(s, view), false, 0.0, vec3(0.0));
     vec3 direct = vec3(0.0);
-    vec3 indirect = vec3(0.0);
+    vec3 gathered = vec3(0.0);
     // Loops, which a CPU device leaves early, name each look-up once.
     for (uint k = 0u; k < (there ? frame.light_count : 0u); k++) {
         LightSample to = sample_light(lights[k], s.position, frame.voxel_m);
@@ -71,11 +81,21 @@ void main() {
     const uint places = INTERLEAVE * INTERLEAVE;
     for (uint k = 0u; k < (there ? places : 0u); k++) {
         uvec3 place = places == 1u ? uvec3(at, 0u) : uvec3(k % INTERLEAVE, k / INTERLEAVE, 0u);
-        indirect += look_up_diffuse(s, place).rgb / float(places);
+#ifdef METHOD_GATHERS_LOBES
+        vec3 mirrored;
+        gathered += look_up_for_view(s, view, place, mirrored).rgb / float(places);
+        viewed.gathered += mirrored / float(places);
+#else
+        gathered += look_up_diffuse(s, place).rgb / float(places);
+#endif
     }
+    Outgoing sent = Outgoing(direct, s.diffuse * viewed.lobes.diffuse * gathered);
     for (uint k = 0u; k < (there ? 1u : 0u); k++) {
-        direct += s.diffuse * lamp_light(s, view).diffuse;
+        LampLight lamps = lamp_light(s, view);
+        sent.direct += s.diffuse * viewed.lobes.diffuse * lamps.diffuse + lamps.specular;
+        sent.direct += FINDS_LAMPS ? vec3(0.0) : lamps_along_rays(s, viewed);
+        add_glossy(sent, s, viewed);
     }
-    imageStore(given_direct, at, vec4(direct, there ? 1.0 : 0.0));
-    imageStore(given_indirect, at, vec4(s.diffuse * indirect / frame.scale, there ? 1.0 : 0.0));
+    imageStore(given_direct, at, vec4(sent.direct, there ? 1.0 : 0.0));
+    imageStore(given_indirect, at, vec4(sent.indirect / frame.scale, there ? 1.0 : 0.0));
 }

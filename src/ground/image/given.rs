@@ -1,4 +1,4 @@
-//! Given: light on surfaces that a host drew itself, by their depth, normal and albedo.
+//! Given: light on surfaces that a host drew itself, by their depth, normal, albedo and material.
 //! Reads: these, triangles, lists, the method's light. Writes: direct and indirect radiance, f32.
 
 use std::sync::Arc;
@@ -7,12 +7,14 @@ use super::ImagePassDesc;
 use super::target::COLOR_FORMAT;
 use crate::Result;
 use crate::ground::Ground;
+use crate::ground::constants::{Features, with};
 use crate::ground::memory_plan::MemoryRow;
 use crate::vk::{Bind, Compute, ComputeDesc, Context, Image, ImageDesc, ImageUsageFlags, Recorder, ZoneKind};
 
-/// Depth, normal, albedo; direct, indirect.
-const NAMES: [&str; 5] = ["given_depth", "given_normal", "given_albedo", "given_direct", "given_indirect"];
-const INPUTS: usize = 3;
+/// Depth, normal, albedo, material; direct, indirect.
+const NAMES: [&str; 6] =
+    ["given_depth", "given_normal", "given_albedo", "given_material", "given_direct", "given_indirect"];
+const INPUTS: usize = 4;
 /// Pixels along each side of a workgroup of `given.comp`.
 const GROUP: u32 = 8;
 
@@ -38,14 +40,17 @@ impl GivenPass {
             let (format, (width, height)) = (COLOR_FORMAT, size);
             Image::new(context, &ImageDesc { label, format, width, height, usage, ..Default::default() })
         };
+        // Surfaces of the host may be glossy where none of the scene's is.
+        let features = ("FEATURES", (desc.features.0 | Features::SPECULAR.0).into());
+        let constants = with(desc.constants.clone(), &[features]);
         Ok(Self {
-            pass: Compute::new(context, &ComputeDesc { label: "given", shader: &shader, constants: &desc.constants })?,
+            pass: Compute::new(context, &ComputeDesc { label: "given", shader: &shader, constants: &constants })?,
             images: NAMES.iter().map(image).collect::<Result<_>>()?,
             size,
         })
     }
 
-    /// The images that a host's depth, normal and albedo are copied to.
+    /// The images that a host's depth, normal, albedo and material are copied to.
     pub fn inputs(&self) -> &[Image] {
         &self.images[..INPUTS]
     }
@@ -55,8 +60,8 @@ impl GivenPass {
         &self.images[if direct { INPUTS } else { INPUTS + 1 }]
     }
 
-    /// `look_up`: what the method's look-up binds.
-    pub fn record(&self, r: &mut Recorder, ground: &Ground, look_up: &[Bind<'_>]) {
+    /// `look_up`: what the method's look-up binds. `has_material`: whether the host gave one; else surfaces are Lambertian.
+    pub fn record(&self, r: &mut Recorder, ground: &Ground, look_up: &[Bind<'_>], has_material: bool) {
         let texels = &ground.scene.texel_sampler;
         let mut binds = ground.image_binds();
         binds.extend_from_slice(look_up);
@@ -73,7 +78,7 @@ impl GivenPass {
         let bytes = u64::from(width) * u64::from(height) * 32;
         r.full_barrier(); // the method wrote its light, the host its surfaces
         r.zone("given", ZoneKind::Compute, bytes, |r| {
-            r.dispatch(&self.pass, &self.pass.select(&binds), &(), groups);
+            r.dispatch(&self.pass, &self.pass.select(&binds), &u32::from(has_material), groups);
         });
     }
 }

@@ -106,9 +106,10 @@ impl Setup {
     }
 
     /// Direct and indirect light of a frame's own surfaces: its layers go to images of the host, and come back as its inputs.
-    pub fn given_light(&mut self) -> [Vec<[f32; 4]>; 2] {
+    /// `material`: roughness and metallic where the base colour is so; Lambertian ones without it.
+    pub fn given_light(&mut self, material: Option<&dyn Fn([f32; 4]) -> [f32; 2]>) -> [Vec<[f32; 4]>; 2] {
         let formats = [vk::Format::R32_SFLOAT, vk::Format::R16G16B16A16_SFLOAT, vk::Format::R32G32B32A32_SFLOAT];
-        let formats = formats.into_iter().chain([vk::Format::R32G32B32A32_SFLOAT; 2]);
+        let formats = formats.into_iter().chain([vk::Format::R32G32B32A32_SFLOAT; 3]);
         let images: Vec<_> =
             formats.map(|format| (TestImage::new(&self.host, format, (2 * SIZE.0, 2 * SIZE.1)), format)).collect();
         let place = |i: usize, before: vk::ImageLayout, after: vk::ImageLayout| {
@@ -126,13 +127,26 @@ impl Setup {
         let channel = self.prepared.layer(Aov::Depth).and_then(|layer| layer.channel).expect("one number");
         let mut depth: Vec<f32> = depth.iter().map(|texel| texel[channel]).collect();
         depth[0] = 0.0; // nothing is there
-        let upload = TestImage::upload(&self.host, &depth);
+        let of_pixel = |texel: &[f32; 4]| material.map_or([0.0; 2], |material| material(*texel));
+        let materials: Vec<[f32; 4]> = self
+            .texels(Aov::Albedo)
+            .iter()
+            .map(of_pixel)
+            .map(|[roughness, metallic]| [roughness, metallic, 0.0, 0.0])
+            .collect();
+        let uploads = [TestImage::upload(&self.host, &depth), TestImage::upload(&self.host, materials.as_flattened())];
         let device = self.host.device.clone();
-        let first = images[0].0.image;
-        self.draw(&drawn, |commands| upload.copy_to(&device, commands, first, SIZE, (1, 1)));
+        let targets = [images[0].0.image, images[5].0.image];
+        self.draw(&drawn, |commands| {
+            uploads
+                .iter()
+                .zip(targets)
+                .for_each(|(upload, image)| upload.copy_to(&device, commands, image, SIZE, (1, 1)));
+        });
         let inputs = [(0, L::TRANSFER_DST_OPTIMAL), (1, L::GENERAL), (2, L::GENERAL)];
         let [depth, normal, albedo] = inputs.map(|(i, before)| place(i, before, L::GENERAL));
-        let inputs = self.prepared.inputs(depth, normal, albedo).expect("inputs");
+        let material = material.map(|_| place(5, L::TRANSFER_DST_OPTIMAL, L::GENERAL));
+        let inputs = self.prepared.inputs(depth, normal, albedo, material).expect("inputs");
         let lights = [(3, Aov::Direct), (4, Aov::Indirect)].map(|(i, layer)| {
             self.prepared.given_output(layer, place(i, L::UNDEFINED, L::GENERAL)).expect("an output")
         });
@@ -151,7 +165,7 @@ impl Setup {
         self.frame.wait();
         let found = [0, 1].map(|i| buffers[i].read(&self.host));
         images.into_iter().for_each(|(image, _)| image.destroy(&self.host));
-        buffers.into_iter().chain([upload]).for_each(|buffer| buffer.destroy(&self.host));
+        buffers.into_iter().chain(uploads).for_each(|buffer| buffer.destroy(&self.host));
         found
     }
 

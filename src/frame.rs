@@ -14,7 +14,7 @@ use glam::{DAffine3, Vec3};
 use crate::Result;
 use crate::gi::{Gi, Maker, Update};
 use crate::ground::grid::radiance_scale;
-use crate::ground::image::given::GivenPass;
+use crate::ground::image::given::{GivenPass, GivenSurfaces};
 use crate::ground::image::target::{ImageShape, ImageTarget};
 use crate::ground::image::{ImageFrame, ImagePass};
 use crate::ground::lamps::{LampSums, Lamps};
@@ -175,17 +175,10 @@ impl Frame {
     }
 
     /// Records a frame that lights what a host drew, instead of an image. `given`: of [`Self::given`].
-    /// `has_material`: see [`GivenPass::record`].
-    pub fn record_given(
-        &mut self,
-        r: &mut Recorder,
-        slot: usize,
-        seen: &Seen,
-        (given, has_material): (&GivenPass, bool),
-    ) {
+    pub fn record_given(&mut self, r: &mut Recorder, slot: usize, seen: &Seen, given: &GivenSurfaces) {
         self.record_light(r, seen);
         self.light_all(r);
-        given.record(r, &self.ground, &self.method.binds(&self.ground), has_material);
+        given.pass.record(r, &self.ground, &self.method.binds(&self.ground), given.have_material);
         self.copy_counters(r, slot);
     }
 

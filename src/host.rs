@@ -34,7 +34,7 @@ use ash::vk;
 
 use crate::frame::{Frame, FrameDesc};
 use crate::ground::Counts;
-use crate::ground::image::given::{self, GivenPass};
+use crate::ground::image::given::{self, GivenPass, GivenSurfaces};
 use crate::ground::image::target;
 use crate::ground::memory_plan::MemoryRow;
 use crate::renderer::MemoryCheck;
@@ -191,8 +191,9 @@ impl Prepared {
     /// Checks that a host's surfaces can be lit: images that can be read, of the frame's size, seen through the view of the frame.
     /// `depth`, in the first channel: metres along the view's forward axis, 0 where there is no surface (`R32_SFLOAT`, since a
     /// half is too coarse to start rays from). `normal`: in world space, of any length above 0, towards the viewer, of a float
-    /// format. `albedo`: linear, glTF's base colour. `material`: roughness in the first channel and metallic in the second, linear,
-    /// of glTF's model; without it all surfaces are Lambertian.
+    /// format. `albedo`: linear, glTF's base colour. `material`, linear, of glTF's model: roughness, metallic,
+    /// and specular, how much what is no metal mirrors, 1 as a rule (0 of an image with two channels). Without it all surfaces are
+    /// Lambertian.
     ///
     /// # Errors
     /// As for [`Self::output`], or [`Prepare::given`] was not set.
@@ -294,7 +295,8 @@ impl Prepared {
                 // SAFETY: `inputs` checked them; the rest is the caller's.
                 unsafe { recorder.convert(own, host, true) };
             }
-            frame.record_given(recorder, slot, seen, (given, inputs.material.is_some()));
+            let surfaces = GivenSurfaces { pass: given, have_material: inputs.material.is_some() };
+            frame.record_given(recorder, slot, seen, &surfaces);
             // SAFETY: the caller's.
             unsafe { write(recorder, outputs, own) };
         };

@@ -232,16 +232,15 @@ impl Session<'_> {
             self.renderer.make_anew();
         }
         let (pose, view) = self.shot.at(self.renderer.scene(), later_s);
-        let report = self.renderer.render(&pose, &view)?;
-        let report = self.refined(report, &pose, &view)?;
+        let report = self.made(&pose, &view)?;
         self.timings.push(report);
         self.frames.finish();
         interrupt::check()
     }
 
-    /// Adds passes to the image until it is good, and says how good it is.
-    fn refined(&mut self, report: FrameReport, pose: &Pose, view: &View) -> Result<FrameReport> {
-        let Some(refinement) = &mut self.refinement else { return Ok(report) };
+    /// Renders the image; where it is refined, until it is good, and says how good it is.
+    fn made(&mut self, pose: &Pose, view: &View) -> Result<FrameReport> {
+        let Some(refinement) = &mut self.refinement else { return self.renderer.render(pose, view) };
         let frames = &self.frames;
         let mut tell = |renderer: &Renderer, event: Event| {
             let name = &renderer.scene().name;
@@ -251,7 +250,7 @@ impl Session<'_> {
             }
             interrupt::check()
         };
-        let report = refinement.run(&mut self.renderer, (pose, view), report, &mut tell)?;
+        let report = refinement.run(&mut self.renderer, pose, view, &mut tell)?;
         self.settings.image.passes = self.renderer.passes();
         let (words, is_short) = refinement.result();
         if is_short {

@@ -100,18 +100,18 @@ impl Refinement {
         Self { file: Some(file), ..self }
     }
 
-    /// Adds passes to the image of one that `renderer` has just made and `report` tells of, until it is good. `tell` is
-    /// asked before each pass: its error ends the work.
+    /// Renders an image, and adds passes to it until it is good. `tell` is asked before each of these: its error ends the work.
     ///
     /// # Errors
     /// As for [`Renderer::render`], and that of `tell`.
     pub fn run(
         &mut self,
         renderer: &mut Renderer,
-        (pose, view): (&Pose, &View),
-        mut report: FrameReport,
+        pose: &Pose,
+        view: &View,
         tell: &mut dyn FnMut(&Renderer, Event) -> Result<()>,
     ) -> Result<FrameReport> {
+        let mut report = renderer.render(pose, view)?;
         (self.began, self.passes, self.reached) = (Instant::now(), 1, None);
         while self.lacks(renderer.passes(), &report) {
             let still = Still::new(renderer.scene(), pose, view);

@@ -184,20 +184,22 @@ pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
         })),
         ..RenderOptions::new(options.size, staged.bounds())
     };
-    let (pose, view) = staged.still.clone();
+    let (pose, view) = &staged.still.clone();
     let mut refinement = Refinement::new(&refine, true, &settings, began);
-    let mut renderer = Renderer::new(&context, staged.scene, &pose, settings, render_options)?;
+    let mut renderer = Renderer::new(&context, staged.scene, pose, settings, render_options)?;
     let tell = |has, needed| options.progress.iter().for_each(|progress| progress(Progress { has, needed }));
     tell(0, None);
-    let mut report = renderer.render(&pose, &view)?;
-    if let Some(refinement) = &mut refinement {
-        report = refinement.run(&mut renderer, (&pose, &view), report, &mut |_, event| {
+    let report = match &mut refinement {
+        Some(refinement) => refinement.run(&mut renderer, pose, view, &mut |_, event| {
             match event {
                 Event::Pass { has, needed } => tell(has, needed),
                 Event::Note(_) => {}
             }
             check()
-        })?;
+        })?,
+        None => renderer.render(pose, view)?,
+    };
+    if let Some(refinement) = &refinement {
         let (words, is_short) = refinement.result();
         notes.extend(is_short.then_some(words));
     }
@@ -205,7 +207,7 @@ pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
     let mut layers = renderer.read();
     let ev = options.exposure_ev.unwrap_or_else(|| options.tone.automatic_exposure(layers.beauty()));
     let display = Display { tone: options.tone, exposure_ev: ev };
-    let still = Still::new(renderer.scene(), &pose, &view);
+    let still = Still::new(renderer.scene(), pose, view);
     notes.extend(why_blank(&layers, still, Some((display, options.exposure_ev.is_none()))));
     if !options.transparent {
         layers.layers.retain(|(layer, _)| *layer != Aov::Alpha);

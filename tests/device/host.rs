@@ -169,6 +169,12 @@ fn surfaces_that_the_host_drew_get_the_same_light() {
             assert!(off * 20 <= pixels.len(), "{method}, {}: {off} of {} pixels", aov.name(), pixels.len());
             assert!((aov == Aov::Indirect && method == "method=none") || b > 1.0, "{method}: {b}");
         }
+        // The host draws every pass alike: another one has other rays, and they start on the surface as well.
+        setup.pass = 1;
+        let [direct, _] = setup.given_light(None);
+        let sum = |light: &[[f32; 4]]| light.iter().map(|texel| f64::from(texel[1])).sum::<f64>();
+        let (first, second) = (sum(&found[0]), sum(&direct));
+        assert!((first - second).abs() < 0.03 * first, "{method}: {second} in the second pass, {first} in the first");
         setup.close();
     }
 }
@@ -176,15 +182,22 @@ fn surfaces_that_the_host_drew_get_the_same_light() {
 /// Metal, a mirror and a glossy floor that a renderer draws are handed back as a host's: what they mirror is the same, by each method.
 #[test]
 fn glossy_surfaces_that_the_host_drew_mirror_the_same() {
-    // Roughness and metallic by the base colour's green.
-    let materials = [(0.6, [0.9, 0.0]), (0.7, [0.1, 0.0]), (0.8, [0.0, 1.0]), (0.5, [0.4, 1.0])];
+    // Roughness, metallic and specular by the base colour's green.
+    let materials = [(0.6, [0.9, 0.0, 0.5]), (0.7, [0.1, 0.0, 1.0]), (0.8, [0.0, 1.0, 1.0]), (0.5, [0.4, 1.0, 1.0])];
     for method in ["method=rays", "method=cones", "method=photons", "method=lpv", "method=none"] {
         let settings =
             settings(&[method, "image.interleave=1", "image.gather_resolution=full", "lights.lamp_points=16"]);
         let mut scene = Scene::empty("glossy room");
-        let mut of = |green: f32, [roughness, metallic]: [f32; 2]| {
+        let mut of = |green: f32, [roughness, metallic, specular]: [f32; 3]| {
             let base_color = Vec4::new(0.6, green, 0.6, 1.0);
-            scene.add_material(Material { base_color, roughness, metallic, double_sided: true, ..Material::default() })
+            scene.add_material(Material {
+                base_color,
+                roughness,
+                metallic,
+                specular,
+                double_sided: true,
+                ..Material::default()
+            })
         };
         let [walls, floor, mirror, metal] = materials.map(|(green, material)| of(green, material));
         let lamp = scene.add_material(Material::lamp("lamp", Vec3::splat(3.0)));
@@ -206,11 +219,11 @@ fn glossy_surfaces_that_the_host_drew_mirror_the_same() {
         setup.change(&settings, &prepare);
         let seen = |texel: [f32; 4]| materials.iter().find(|(green, _)| (green - texel[1]).abs() < 1e-3);
         let albedo: Vec<[f32; 3]> = expected.get(Aov::Albedo).expect("a layer").to_vec();
-        let material = |texel: [f32; 4]| seen(texel).map_or([1.0, 0.0], |(_, material)| *material);
+        let material = |texel: [f32; 4]| seen(texel).map_or([1.0, 0.0, 1.0], |(_, material)| *material);
         let found = setup.given_light(Some(&material));
         for (aov, found) in [Aov::Direct, Aov::Indirect].into_iter().zip(&found) {
             let expected = expected.get(aov).expect("a layer");
-            for (green, [roughness, metallic]) in materials {
+            for (green, [roughness, metallic, _]) in materials {
                 // Whole pixels of one material; at edges the host knows one surface of two.
                 let pixels: Vec<usize> = (1..expected.len()).filter(|&i| (albedo[i][1] - green).abs() < 1e-3).collect();
                 let sum = |light: &dyn Fn(usize) -> f32| pixels.iter().map(|&i| f64::from(light(i))).sum::<f64>();

@@ -18,7 +18,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D given_depth; // metres along the view's axis; 0 or FAR where there is nothing
 uniform sampler2D given_normal;
 uniform sampler2D given_albedo;
-uniform sampler2D given_material; // roughness, metallic
+uniform sampler2D given_material; // roughness, metallic, specular
 layout(rgba32f) writeonly uniform image2D given_direct;
 layout(rgba32f) writeonly uniform image2D given_indirect;
 
@@ -30,7 +30,8 @@ const float FAR = 1e30; // and above
 const float DIELECTRIC_F0 = 0.04; // glTF's, of an index of refraction of 1.5
 
 Surface given_surface(ivec2 at, float depth) {
-    vec3 across = off_axis(vec2(at) + 0.5);
+    // A host draws all passes over an image alike.
+    vec3 across = off_axis(vec2(at) + 0.5 + 0.5 * frame.ndc_shift * frame.image_size);
     float way = depth / frame.voxel_m;
     Surface s;
     s.position = frame.eye + frame.forward * way + across * (frame.orthographic != 0u ? 1.0 : way);
@@ -38,13 +39,13 @@ Surface given_surface(ivec2 at, float depth) {
     s.facet = s.normal;
     s.albedo = texelFetch(given_albedo, at, 0).rgb;
     bool glossy = push.has_material != 0u;
-    vec2 material = glossy ? clamp(texelFetch(given_material, at, 0).xy, 0.0, 1.0) : vec2(1.0, 0.0);
+    vec3 material = glossy ? clamp(texelFetch(given_material, at, 0).xyz, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
     s.diffuse_share = 1.0 - material.y;
     s.diffuse = s.albedo * s.diffuse_share;
-    s.f0 = glossy ? mix(vec3(DIELECTRIC_F0), s.albedo, material.y) : vec3(0.0);
-    s.f90 = glossy ? 1.0 : 0.0;
-    s.coat_f0 = glossy ? DIELECTRIC_F0 : 0.0;
-    s.coat_f90 = s.f90;
+    s.f0 = mix(vec3(DIELECTRIC_F0 * material.z), s.albedo, material.y);
+    s.f90 = mix(material.z, 1.0, material.y);
+    s.coat_f0 = DIELECTRIC_F0 * material.z;
+    s.coat_f90 = material.z;
     s.roughness = material.x;
     s.opacity = 1.0;
     s.transmitted = vec3(0.0);

@@ -24,6 +24,13 @@ pub struct GivenPass {
     size: (u32, u32),
 }
 
+/// Surfaces of a host in the images of a pass.
+pub struct GivenSurfaces<'a> {
+    pub pass: &'a GivenPass,
+    /// Whether the host gave a material; else they are Lambertian.
+    pub have_material: bool,
+}
+
 /// Bytes of what [`GivenPass::new`] makes.
 pub fn plan((width, height): (u32, u32)) -> MemoryRow {
     ("given surfaces and their light", u64::from(width) * u64::from(height) * 16 * NAMES.len() as u64)
@@ -60,8 +67,8 @@ impl GivenPass {
         &self.images[if direct { INPUTS } else { INPUTS + 1 }]
     }
 
-    /// `look_up`: what the method's look-up binds. `has_material`: whether the host gave one; else surfaces are Lambertian.
-    pub fn record(&self, r: &mut Recorder, ground: &Ground, look_up: &[Bind<'_>], has_material: bool) {
+    /// `look_up`: what the method's look-up binds. `have_material`: see [`GivenSurfaces`].
+    pub fn record(&self, r: &mut Recorder, ground: &Ground, look_up: &[Bind<'_>], have_material: bool) {
         let texels = &ground.scene.texel_sampler;
         let mut binds = ground.image_binds();
         binds.extend_from_slice(look_up);
@@ -78,7 +85,7 @@ impl GivenPass {
         let bytes = u64::from(width) * u64::from(height) * 32;
         r.full_barrier(); // the method wrote its light, the host its surfaces
         r.zone("given", ZoneKind::Compute, bytes, |r| {
-            r.dispatch(&self.pass, &self.pass.select(&binds), &u32::from(has_material), groups);
+            r.dispatch(&self.pass, &self.pass.select(&binds), &u32::from(have_material), groups);
         });
     }
 }

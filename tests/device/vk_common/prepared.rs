@@ -42,6 +42,8 @@ pub struct Setup {
     pub scene: Scene,
     pub pose: Pose,
     pub host: Host,
+    /// Of [`Self::given_light`]: which of the passes over an image.
+    pub pass: u32,
 }
 
 impl Setup {
@@ -51,7 +53,7 @@ impl Setup {
         let pose = scene.pose(None, 0.0);
         let prepare = Prepare { layers: layers.to_vec(), ..Prepare::new(SIZE, scene.bounds(None)) };
         let prepared = Prepared::new(&context, &scene, &pose, settings, &prepare).expect("it fits");
-        Self { prepared, context, frame: Frame::new(&host), scene, pose, host }
+        Self { prepared, context, frame: Frame::new(&host), scene, pose, host, pass: 0 }
     }
 
     /// As [`Prepared::poll`] of slot 0.
@@ -106,8 +108,8 @@ impl Setup {
     }
 
     /// Direct and indirect light of a frame's own surfaces: its layers go to images of the host, and come back as its inputs.
-    /// `material`: roughness and metallic where the base colour is so; Lambertian ones without it.
-    pub fn given_light(&mut self, material: Option<&dyn Fn([f32; 4]) -> [f32; 2]>) -> [Vec<[f32; 4]>; 2] {
+    /// `material`: roughness, metallic and specular where the base colour is so; Lambertian ones without it.
+    pub fn given_light(&mut self, material: Option<&dyn Fn([f32; 4]) -> [f32; 3]>) -> [Vec<[f32; 4]>; 2] {
         let formats = [vk::Format::R32_SFLOAT, vk::Format::R16G16B16A16_SFLOAT, vk::Format::R32G32B32A32_SFLOAT];
         let formats = formats.into_iter().chain([vk::Format::R32G32B32A32_SFLOAT; 3]);
         let images: Vec<_> =
@@ -127,12 +129,12 @@ impl Setup {
         let channel = self.prepared.layer(Aov::Depth).and_then(|layer| layer.channel).expect("one number");
         let mut depth: Vec<f32> = depth.iter().map(|texel| texel[channel]).collect();
         depth[0] = 0.0; // nothing is there
-        let of_pixel = |texel: &[f32; 4]| material.map_or([0.0; 2], |material| material(*texel));
+        let of_pixel = |texel: &[f32; 4]| material.map_or([0.0; 3], |material| material(*texel));
         let materials: Vec<[f32; 4]> = self
             .texels(Aov::Albedo)
             .iter()
             .map(of_pixel)
-            .map(|[roughness, metallic]| [roughness, metallic, 0.0, 0.0])
+            .map(|[roughness, metallic, specular]| [roughness, metallic, specular, 0.0])
             .collect();
         let uploads = [TestImage::upload(&self.host, &depth), TestImage::upload(&self.host, materials.as_flattened())];
         let device = self.host.device.clone();
@@ -155,7 +157,7 @@ impl Setup {
         self.frame.begin();
         // SAFETY: the frame was waited for, and so is this one.
         unsafe {
-            let seen = Seen::new(&self.scene, &self.pose, &view);
+            let seen = Seen { image: Some(self.pass), ..Seen::new(&self.scene, &self.pose, &view) };
             self.prepared.record_given(self.frame.commands, 0, &seen, &inputs, &lights);
         }
         for (i, buffer) in buffers.iter().enumerate() {

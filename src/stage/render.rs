@@ -149,6 +149,7 @@ impl Options {
 pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
     let began = Instant::now();
     options.check()?;
+    options.settings.check()?;
     options.stage.check()?;
     scene.check()?;
     let context = match &options.context {
@@ -166,7 +167,7 @@ pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
     let mut notes = std::mem::take(&mut staged.notes);
     notes.extend(fitted);
     notes.extend(known_limits(&staged, &settings));
-    let header = image_header(&staged, &settings, &context);
+    let mut header = image_header(&staged, &settings, &context);
     let cancel = options.cancel.clone();
     let check = move || match &cancel {
         Some(cancel) if cancel.load(Ordering::Relaxed) => Err(Error::Interrupted),
@@ -214,7 +215,6 @@ pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
     }
     let mut settings = renderer.settings().clone();
     settings.image.passes = renderer.passes();
-    let mut header = header;
     header.insert("settings".into(), settings.to_toml());
     Ok(Image { layers, display, notes, noise: report.noise, settings: Some(settings), header })
 }

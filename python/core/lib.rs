@@ -6,6 +6,8 @@ mod options;
 mod scene;
 mod work;
 
+use std::sync::{Mutex, PoisonError};
+
 use pyo3::exceptions::{PyException, PyMemoryError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -68,7 +70,15 @@ fn path_trace(
                 (told.paths as f64 / told.expected.max(1) as f64, told.noise)
             })
         });
-        let progress = |told| tell.iter().for_each(|tell| tell(told));
+        // Threads tell it in any order.
+        let latest = Mutex::new(0);
+        let progress = |told: twobounce::reference::Progress| {
+            let mut latest = latest.lock().unwrap_or_else(PoisonError::into_inner);
+            if told.paths >= *latest {
+                *latest = told.paths;
+                tell.iter().for_each(|tell| tell(told));
+            }
+        };
         twobounce::path_trace(&scene, &options, &how, &progress)
     })?;
     Ok(Image::new(image))

@@ -19,6 +19,10 @@ NAN = float("nan")
     [
         ("16384", dict(size=(0, 4))),
         ("16384", dict(size=(4.5, 4))),
+        ("16384", dict(size="abc")),
+        ("16384", dict(size=(8, 8, 8))),
+        ("eye is three numbers", dict(eye=(1, 2), target=(0, 0, 0))),
+        ("sky is three numbers", dict(sky=1.0)),
         ("preset", dict(preset="fastest")),
         ("voxels", dict(settings={"voxels": 7})),
         ("no setting", dict(settings={"nonsense": 1})),

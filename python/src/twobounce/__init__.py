@@ -16,7 +16,7 @@ from __future__ import annotations
 import csv
 import json
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Optional, Sequence, Union
 
 import numpy as np
@@ -328,22 +328,21 @@ _LOOK = frozenset(
 )
 
 
-def _look(size: Iterable[int], look: dict[str, Any]) -> dict[str, Any]:
+def _look(size: Any, look: dict[str, Any]) -> dict[str, Any]:
     """What is seen, as the native part takes it."""
     unknown = sorted(set(look) - _LOOK)
     if unknown:
         raise TypeError(f"there is no keyword {unknown[0]!r}; there are {', '.join(sorted(_LOOK))}")
     options = {key: value for key, value in look.items() if key not in ("eye", "target", "up", "camera", "sky")}
-    width, height = (_whole(side) for side in size)
-    options["size"] = (width, height)
+    options["size"] = _size(size)
     eye, target, camera = look.get("eye"), look.get("target"), look.get("camera")
     if (eye is None) != (target is None):
         raise Error("eye and target belong together; give both")
     if eye is not None and target is not None:
         if camera is not None:
             raise Error("camera is one of the file, eye and target are another; give one of them")
-        up = look.get("up", (0.0, 1.0, 0.0))
-        options["look_at"] = tuple(list(map(float, vector)) for vector in (eye, target, up))
+        look_at = {"eye": eye, "target": target, "up": look.get("up", (0.0, 1.0, 0.0))}
+        options["look_at"] = tuple(_three(name, vector) for name, vector in look_at.items())
     if camera is not None:
         options["camera"] = str(camera)
     for key in ("animation", "device"):
@@ -353,15 +352,29 @@ def _look(size: Iterable[int], look: dict[str, Any]) -> dict[str, Any]:
     if isinstance(sky, (str, os.PathLike)):
         options["sky_map"] = os.fspath(sky)
     elif sky is not None:
-        options["sky"] = list(map(float, sky))
+        options["sky"] = _three("sky", sky)
     options["layers"] = list(look.get("layers", ()))
     return options
 
 
-def _whole(side: Any) -> int:
-    if not 1 <= side <= 16384 or int(side) != side:
-        raise Error(f"a picture's size is two whole numbers from 1 to 16384, not {side}")
-    return int(side)
+def _size(size: Any) -> tuple[int, int]:
+    try:
+        width, height = (int(side) for side in size)
+        if (width, height) == tuple(size) and 1 <= width <= 16384 and 1 <= height <= 16384:
+            return width, height
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise Error(f"a picture's size is two whole numbers from 1 to 16384, not {size!r}")
+
+
+def _three(name: str, vector: Any) -> list[float]:
+    try:
+        numbers = [float(number) for number in vector]
+    except (TypeError, ValueError):
+        numbers = []
+    if len(numbers) != 3:
+        raise Error(f"{name} is three numbers, not {vector!r}")
+    return numbers
 
 
 def _scene(scene: Union[Scene, _Path]) -> _core.Scene:

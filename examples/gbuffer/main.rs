@@ -8,18 +8,18 @@
 
 #[path = "../host/gpu.rs"]
 mod gpu;
+#[path = "../host/program.rs"]
+mod program;
 mod raster;
 
-use std::path::Path;
 use std::process::ExitCode;
 
 use twobounce::glam::{DVec3, Vec3, Vec4};
-use twobounce::host::{Aov, Context, Layers, Prepare, Prepared, Seen};
-use twobounce::output::display::Display;
+use twobounce::host::{Aov, Context, Prepare, Prepared, Seen};
 use twobounce::scene::{Pose, Projection, Scene, View};
 use twobounce::settings::Settings;
 
-use gpu::{Frame, Gpu};
+use gpu::{Anything, Frame, Gpu};
 use raster::{INPUTS, Raster, SHOWN, Surface};
 
 const FRAMES: u32 = 4;
@@ -27,42 +27,9 @@ const FRAMES: u32 = 4;
 const PASSES: u32 = 16;
 const SECONDS_A_FRAME: f32 = 0.25;
 
-type Anything<T> = Result<T, Box<dyn std::error::Error>>;
-
 fn main() -> ExitCode {
-    match run() {
-        Ok(0) => ExitCode::SUCCESS,
-        Ok(messages) => {
-            eprintln!("the validation layer had {messages} messages");
-            ExitCode::FAILURE
-        }
-        Err(error) => {
-            eprintln!("{error}");
-            ExitCode::from(2)
-        }
-    }
-}
-
-/// Returns how many messages the validation layer had.
-fn run() -> Anything<usize> {
-    let mut args = std::env::args().skip(1);
-    let (Some(path), Some(image)) = (args.next(), args.next()) else {
-        return Err("call it with a scene and an image: gbuffer SCENE.glb IMAGE.png [WxH [KEY=VALUE…]]".into());
-    };
-    let size = args.next().unwrap_or("320x180".into());
-    let size = size.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    let size = size.ok_or("write the image's size as WxH")?;
-    let mut settings = Settings::fast();
-    args.try_for_each(|assignment| settings.set(&assignment))?;
-    let scene = Scene::open(path)?;
     // SAFETY: the device is idle before anything is destroyed.
-    unsafe {
-        let gpu = Gpu::new(std::env::var_os("HOST_VALIDATION").is_some())?;
-        let pixels = play(&gpu, &scene, &settings, size)?;
-        let messages = gpu.close();
-        Layers::new(size.0, size.1, pixels).write_shown(Path::new(&image), Display::default())?;
-        Ok(messages)
-    }
+    program::run("gbuffer", |gpu, scene, settings, size| unsafe { play(gpu, scene, settings, size) })
 }
 
 /// Draws and lights all frames, one in flight, and reads back the last: the mean of its passes.

@@ -1,4 +1,4 @@
-//! What any engine has: a pipeline that draws triangles into the images of a G-buffer, and images that are read back.
+//! The raster pipeline that any engine has: it draws triangles into the images of a G-buffer; images are read back.
 
 use twobounce::ash::vk;
 use twobounce::glam::Vec4;
@@ -6,8 +6,7 @@ use twobounce::gpu_allocator::MemoryLocation;
 use twobounce::gpu_allocator::vulkan::Allocation;
 use twobounce::host::{HostImage, ImageUse};
 
-use super::Anything;
-use super::gpu::Gpu;
+use super::gpu::{Anything, Gpu, image_bytes, radiance};
 
 /// A half is too coarse to start rays from.
 pub const DEPTH: vk::Format = vk::Format::R32_SFLOAT;
@@ -87,14 +86,14 @@ impl Raster {
             let push = [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::VERTEX).size(48)];
             let info = vk::PipelineLayoutCreateInfo::default().push_constant_ranges(&push);
             let layout = gpu.device.create_pipeline_layout(&info, None)?;
-            let bytes = u64::from(size.0) * u64::from(size.1) * 16 * SHOWN.len() as u64;
+            let bytes = image_bytes(size) * SHOWN.len() as u64;
             let vertex_bytes = (corners.max(3) * size_of::<Surface>()) as u64;
             Ok(Self {
                 layout,
                 pipeline: pipeline(gpu, layout)?,
                 images: FORMATS.iter().map(|format| image(gpu, *format, size)).collect::<Anything<_>>()?,
-                vertices: buffer(gpu, vertex_bytes, vk::BufferUsageFlags::VERTEX_BUFFER, MemoryLocation::CpuToGpu)?,
-                read: buffer(gpu, bytes, vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuToCpu)?,
+                vertices: gpu.buffer(vertex_bytes, vk::BufferUsageFlags::VERTEX_BUFFER, MemoryLocation::CpuToGpu)?,
+                read: gpu.buffer(bytes, vk::BufferUsageFlags::TRANSFER_DST, MemoryLocation::GpuToCpu)?,
                 size,
                 corners: corners as u32,
             })
@@ -104,9 +103,9 @@ impl Raster {
     /// An image that was drawn, for twobounce to read.
     pub fn input(&self, image: usize) -> HostImage {
         let stages = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
-        let drawn = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
         let access = vk::AccessFlags2::COLOR_ATTACHMENT_WRITE;
-        self.host_image(image, ImageUse { stages, access, layout: drawn }, ImageUse { stages, access, layout: drawn })
+        let drawn = ImageUse { stages, access, layout: vk::ImageLayout::ATTACHMENT_OPTIMAL };
+        self.host_image(image, drawn, drawn)
     }
 
     /// An image for twobounce to write, that is copied after it.
@@ -135,13 +134,8 @@ impl Raster {
     /// Draws the surfaces. `rows`: of the matrix from places about the eye to x, y (down) and depth.
     pub unsafe fn record(&self, gpu: &Gpu, commands: vk::CommandBuffer, rows: &[Vec4; 3]) {
         let extent = vk::Extent2D { width: self.size.0, height: self.size.1 };
-        let attachments = self.images[..DRAWN].iter().map(|(_, view, _)| {
-            let layout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
-            cleared(*view, layout).store_op(vk::AttachmentStoreOp::STORE)
-        });
-        let (colors, front) = (attachments.collect::<Vec<_>>(), self.images[FORMATS.len() - 1].1);
-        let front =
-            cleared(front, vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL).store_op(vk::AttachmentStoreOp::DONT_CARE);
+        let colors: Vec<_> = self.images[..DRAWN].iter().map(|(_, view, _)| cleared(*view)).collect();
+        let front = cleared(self.images[FORMATS.len() - 1].1);
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent };
         let info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors);
         let (width, height) = (extent.width as f32, extent.height as f32);
@@ -161,32 +155,19 @@ impl Raster {
         }
     }
 
-    /// What was drawn before is not needed.
+    /// Makes the images ready to be drawn to: their content is not needed any more.
     unsafe fn discard(&self, gpu: &Gpu, commands: vk::CommandBuffer) {
-        let barriers: Vec<_> = (0..FORMATS.len())
-            .filter(|&i| i < DRAWN || i == FORMATS.len() - 1)
-            .map(|i| {
-                let front = i >= DRAWN;
-                let (stages, access, layout) = if front {
-                    let tests =
-                        vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS | vk::PipelineStageFlags2::LATE_FRAGMENT_TESTS;
-                    let writes = vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_WRITE;
-                    (
-                        tests,
-                        writes | vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_READ,
-                        vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL,
-                    )
-                } else {
-                    let output = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
-                    (output, vk::AccessFlags2::COLOR_ATTACHMENT_WRITE, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
-                };
+        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+        let drawn = FORMATS.iter().zip(&self.images).enumerate().filter(|(i, _)| !SHOWN[1..].contains(i));
+        let barriers: Vec<_> = drawn
+            .map(|(_, (format, (image, ..)))| {
                 vk::ImageMemoryBarrier2::default()
-                    .image(self.images[i].0)
-                    .subresource_range(whole(FORMATS[i]))
-                    .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-                    .dst_stage_mask(stages)
-                    .dst_access_mask(access)
-                    .new_layout(layout)
+                    .image(*image)
+                    .subresource_range(whole(*format))
+                    .src_stage_mask(all)
+                    .dst_stage_mask(all)
+                    .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
+                    .new_layout(vk::ImageLayout::ATTACHMENT_OPTIMAL)
             })
             .collect();
         let barriers = vk::DependencyInfo::default().image_memory_barriers(&barriers);
@@ -195,46 +176,26 @@ impl Raster {
 
     /// Copies emission and light to where the CPU reads them.
     pub unsafe fn record_read(&self, gpu: &Gpu, commands: vk::CommandBuffer) {
-        let transfer = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+        let images = SHOWN.map(|image| self.images[image].0);
         let emission = [vk::ImageMemoryBarrier2::default()
-            .image(self.images[SHOWN[0]].0)
+            .image(images[0])
             .subresource_range(whole(FORMATS[SHOWN[0]]))
             .src_stage_mask(vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT)
             .src_access_mask(vk::AccessFlags2::COLOR_ATTACHMENT_WRITE)
             .dst_stage_mask(vk::PipelineStageFlags2::COPY)
             .dst_access_mask(vk::AccessFlags2::TRANSFER_READ)
-            .old_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
-            .new_layout(transfer)];
-        let to_cpu = [vk::MemoryBarrier2::default()
-            .src_stage_mask(vk::PipelineStageFlags2::COPY)
-            .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
-            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
-            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
-        let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
-        let extent = vk::Extent3D { width: self.size.0, height: self.size.1, depth: 1 };
-        let region = vk::BufferImageCopy::default().image_subresource(layers).image_extent(extent);
+            .old_layout(vk::ImageLayout::ATTACHMENT_OPTIMAL)
+            .new_layout(vk::ImageLayout::TRANSFER_SRC_OPTIMAL)];
+        let emission = vk::DependencyInfo::default().image_memory_barriers(&emission);
         unsafe {
-            let device = &gpu.device;
-            device.cmd_pipeline_barrier2(commands, &vk::DependencyInfo::default().image_memory_barriers(&emission));
-            for (i, image) in SHOWN.iter().enumerate() {
-                let region = [region.buffer_offset(i as u64 * self.bytes())];
-                device.cmd_copy_image_to_buffer(commands, self.images[*image].0, transfer, self.read.0, &region);
-            }
-            device.cmd_pipeline_barrier2(commands, &vk::DependencyInfo::default().memory_barriers(&to_cpu));
+            gpu.device.cmd_pipeline_barrier2(commands, &emission);
+            gpu.copy_to_cpu(commands, &images, self.size, self.read.0);
         }
-    }
-
-    /// Of one image that is read back.
-    fn bytes(&self) -> u64 {
-        u64::from(self.size.0) * u64::from(self.size.1) * 16
     }
 
     /// Linear radiance, rows from the top, once the device is idle.
     pub fn pixels(&self) -> Vec<[f32; 3]> {
-        let bytes = self.read.1.mapped_slice().expect("memory for the CPU");
-        let number = |at: usize| f32::from_ne_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
-        let sum = |at: usize| (0..SHOWN.len()).map(|i| number(i * self.bytes() as usize + at)).sum();
-        (0..self.bytes() as usize / 16).map(|pixel| [0, 4, 8].map(|channel| sum(16 * pixel + channel))).collect()
+        radiance(&self.read.1, SHOWN.len(), self.size)
     }
 
     pub unsafe fn destroy(self, gpu: &Gpu) {
@@ -256,9 +217,13 @@ impl Raster {
     }
 }
 
-fn cleared(view: vk::ImageView, layout: vk::ImageLayout) -> vk::RenderingAttachmentInfo<'static> {
-    // A depth of 0 tells twobounce that nothing is there.
-    vk::RenderingAttachmentInfo::default().image_view(view).image_layout(layout).load_op(vk::AttachmentLoadOp::CLEAR)
+/// A depth of 0 tells twobounce that nothing is there.
+fn cleared(view: vk::ImageView) -> vk::RenderingAttachmentInfo<'static> {
+    vk::RenderingAttachmentInfo::default()
+        .image_view(view)
+        .image_layout(vk::ImageLayout::ATTACHMENT_OPTIMAL)
+        .load_op(vk::AttachmentLoadOp::CLEAR)
+        .store_op(vk::AttachmentStoreOp::STORE)
 }
 
 fn whole(format: vk::Format) -> vk::ImageSubresourceRange {
@@ -267,48 +232,20 @@ fn whole(format: vk::Format) -> vk::ImageSubresourceRange {
     vk::ImageSubresourceRange::default().aspect_mask(aspect).level_count(1).layer_count(1)
 }
 
-unsafe fn image(
-    gpu: &Gpu,
-    format: vk::Format,
-    (width, height): (u32, u32),
-) -> Anything<(vk::Image, vk::ImageView, Allocation)> {
+unsafe fn image(gpu: &Gpu, format: vk::Format, size: (u32, u32)) -> Anything<(vk::Image, vk::ImageView, Allocation)> {
     let copied = vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST;
     let usage = match format {
         vk::Format::D32_SFLOAT => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
-        _ => copied | vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::COLOR_ATTACHMENT,
+        _ => copied | vk::ImageUsageFlags::COLOR_ATTACHMENT,
     };
-    let info = vk::ImageCreateInfo::default()
-        .image_type(vk::ImageType::TYPE_2D)
-        .format(format)
-        .extent(vk::Extent3D { width, height, depth: 1 })
-        .mip_levels(1)
-        .array_layers(1)
-        .samples(vk::SampleCountFlags::TYPE_1)
-        .usage(usage);
     unsafe {
-        let image = gpu.device.create_image(&info, None)?;
-        let memory = gpu.memory("image", gpu.device.get_image_memory_requirements(image), MemoryLocation::GpuOnly)?;
-        gpu.device.bind_image_memory(image, memory.memory(), memory.offset())?;
+        let (image, memory) = gpu.image(format, size, usage)?;
         let info = vk::ImageViewCreateInfo::default()
             .image(image)
             .view_type(vk::ImageViewType::TYPE_2D)
             .format(format)
             .subresource_range(whole(format));
         Ok((image, gpu.device.create_image_view(&info, None)?, memory))
-    }
-}
-
-unsafe fn buffer(
-    gpu: &Gpu,
-    bytes: u64,
-    usage: vk::BufferUsageFlags,
-    location: MemoryLocation,
-) -> Anything<(vk::Buffer, Allocation)> {
-    unsafe {
-        let buffer = gpu.device.create_buffer(&vk::BufferCreateInfo::default().size(bytes).usage(usage), None)?;
-        let memory = gpu.memory("buffer", gpu.device.get_buffer_memory_requirements(buffer), location)?;
-        gpu.device.bind_buffer_memory(buffer, memory.memory(), memory.offset())?;
-        Ok((buffer, memory))
     }
 }
 

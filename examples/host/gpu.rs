@@ -10,7 +10,7 @@ use twobounce::gpu_allocator::vulkan::{
 };
 use twobounce::host::{HostDevice, missing, required_extensions, required_features};
 
-use super::Anything;
+pub type Anything<T> = Result<T, Box<dyn std::error::Error>>;
 
 const VERSION: u32 = vk::API_VERSION_1_3;
 
@@ -119,6 +119,73 @@ impl Gpu {
         Ok(self.allocator.lock().expect("no panic").allocate(&desc)?)
     }
 
+    /// An image of one level, with its memory.
+    pub unsafe fn image(
+        &self,
+        format: vk::Format,
+        (width, height): (u32, u32),
+        usage: vk::ImageUsageFlags,
+    ) -> Anything<(vk::Image, Allocation)> {
+        let info = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(format)
+            .extent(vk::Extent3D { width, height, depth: 1 })
+            .mip_levels(1)
+            .array_layers(1)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .usage(usage);
+        unsafe {
+            let image = self.device.create_image(&info, None)?;
+            let needs = self.device.get_image_memory_requirements(image);
+            let memory = self.memory("image", needs, MemoryLocation::GpuOnly)?;
+            self.device.bind_image_memory(image, memory.memory(), memory.offset())?;
+            Ok((image, memory))
+        }
+    }
+
+    /// A buffer with its memory.
+    pub unsafe fn buffer(
+        &self,
+        bytes: u64,
+        usage: vk::BufferUsageFlags,
+        location: MemoryLocation,
+    ) -> Anything<(vk::Buffer, Allocation)> {
+        unsafe {
+            let buffer = self.device.create_buffer(&vk::BufferCreateInfo::default().size(bytes).usage(usage), None)?;
+            let needs = self.device.get_buffer_memory_requirements(buffer);
+            let memory = self.memory("buffer", needs, location)?;
+            self.device.bind_buffer_memory(buffer, memory.memory(), memory.offset())?;
+            Ok((buffer, memory))
+        }
+    }
+
+    /// Copies images of that size, in layout `TRANSFER_SRC_OPTIMAL`, one after another into a buffer that the CPU reads.
+    pub unsafe fn copy_to_cpu(
+        &self,
+        commands: vk::CommandBuffer,
+        images: &[vk::Image],
+        (width, height): (u32, u32),
+        buffer: vk::Buffer,
+    ) {
+        let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
+        let extent = vk::Extent3D { width, height, depth: 1 };
+        let region = vk::BufferImageCopy::default().image_subresource(layers).image_extent(extent);
+        let to_cpu = [vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::COPY)
+            .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
+        let (barrier, layout) =
+            (vk::DependencyInfo::default().memory_barriers(&to_cpu), vk::ImageLayout::TRANSFER_SRC_OPTIMAL);
+        unsafe {
+            for (i, image) in (0..).zip(images) {
+                let region = [region.buffer_offset(i * image_bytes((width, height)))];
+                self.device.cmd_copy_image_to_buffer(commands, *image, layout, buffer, &region);
+            }
+            self.device.cmd_pipeline_barrier2(commands, &barrier);
+        }
+    }
+
     pub fn free(&self, memory: Allocation) {
         self.allocator.lock().expect("no panic").free(memory).expect("this program's memory");
     }
@@ -137,6 +204,19 @@ impl Gpu {
             *self.messages.lock().expect("no panic")
         }
     }
+}
+
+/// Bytes of an image that the CPU reads: four floats a pixel.
+pub fn image_bytes((width, height): (u32, u32)) -> u64 {
+    u64::from(width) * u64::from(height) * 16
+}
+
+/// Linear radiance, rows from the top: the sum of `images` images that [`Gpu::copy_to_cpu`] copied, once the device is idle.
+pub fn radiance(memory: &Allocation, images: usize, size: (u32, u32)) -> Vec<[f32; 3]> {
+    let (bytes, each) = (memory.mapped_slice().expect("memory for the CPU"), image_bytes(size) as usize);
+    let number = |at: usize| f32::from_ne_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
+    let sum = |at: usize| (0..images).map(|i| number(i * each + at)).sum();
+    (0..each / 16).map(|pixel| [0, 4, 8].map(|channel| sum(16 * pixel + channel))).collect()
 }
 
 /// One of the frames in flight.

@@ -6,20 +6,18 @@
 //! With `HOST_VALIDATION=1` the Khronos validation layer watches, synchronisation too, and any message ends it with exit code 1.
 
 mod gpu;
+mod program;
 
-use std::error::Error;
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use twobounce::ash::vk;
 use twobounce::gpu_allocator::MemoryLocation;
 use twobounce::gpu_allocator::vulkan::Allocation;
-use twobounce::host::{Aov, Context, HostImage, ImageUse, Layers, Output, Prepare, Prepared, Seen};
-use twobounce::output::display::Display;
-use twobounce::scene::{LoadOptions, Pose, Scene, View};
+use twobounce::host::{Aov, Context, HostImage, ImageUse, Output, Prepare, Prepared, Seen};
+use twobounce::scene::{Pose, Scene, View};
 use twobounce::settings::Settings;
 
-use gpu::{Frame, Gpu};
+use gpu::{Anything, Frame, Gpu, image_bytes, radiance};
 
 const FRAMES: usize = 5;
 const IN_FLIGHT: usize = 2;
@@ -27,42 +25,9 @@ const IN_FLIGHT: usize = 2;
 /// half as much.
 const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 
-type Anything<T> = Result<T, Box<dyn Error>>;
-
 fn main() -> ExitCode {
-    match run() {
-        Ok(0) => ExitCode::SUCCESS,
-        Ok(messages) => {
-            eprintln!("the validation layer had {messages} messages");
-            ExitCode::FAILURE
-        }
-        Err(error) => {
-            eprintln!("{error}");
-            ExitCode::from(2)
-        }
-    }
-}
-
-/// Returns how many messages the validation layer had.
-fn run() -> Anything<usize> {
-    let mut args = std::env::args().skip(1);
-    let (Some(path), Some(image)) = (args.next(), args.next()) else {
-        return Err("call it with a scene and an image: host SCENE.glb IMAGE.png [WxH [KEY=VALUE…]]".into());
-    };
-    let size = args.next().unwrap_or("320x180".into());
-    let size = size.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    let size = size.ok_or("write the image's size as WxH")?;
-    let mut settings = Settings::fast();
-    args.try_for_each(|assignment| settings.set(&assignment))?;
-    let scene = Scene::load(&PathBuf::from(path), &LoadOptions::default())?;
     // SAFETY: the device is idle before anything is destroyed.
-    unsafe {
-        let gpu = Gpu::new(std::env::var_os("HOST_VALIDATION").is_some())?;
-        let pixels = travel(&gpu, &scene, &settings, size)?;
-        let messages = gpu.close();
-        Layers::new(size.0, size.1, pixels).write_shown(&PathBuf::from(image), Display::default())?;
-        Ok(messages)
-    }
+    program::run("host", |gpu, scene, settings, size| unsafe { travel(gpu, scene, settings, size) })
 }
 
 /// Renders all frames, two in flight, and reads back the last.
@@ -126,36 +91,19 @@ fn camera(scene: &Scene, pose: &Pose, number: usize) -> View {
 
 /// The image that radiance goes to, and a buffer that the CPU reads it from.
 struct Target {
-    image: vk::Image,
-    image_memory: Allocation,
-    buffer: vk::Buffer,
-    buffer_memory: Allocation,
+    image: (vk::Image, Allocation),
+    buffer: (vk::Buffer, Allocation),
     size: (u32, u32),
 }
 
 impl Target {
-    unsafe fn new(gpu: &Gpu, (width, height): (u32, u32)) -> Anything<Self> {
+    unsafe fn new(gpu: &Gpu, size: (u32, u32)) -> Anything<Self> {
+        let usage = vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::TRANSFER_SRC;
+        let to_cpu = vk::BufferUsageFlags::TRANSFER_DST;
         unsafe {
-            let usage = vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::TRANSFER_SRC;
-            let info = vk::ImageCreateInfo::default()
-                .image_type(vk::ImageType::TYPE_2D)
-                .format(FORMAT)
-                .extent(vk::Extent3D { width, height, depth: 1 })
-                .mip_levels(1)
-                .array_layers(1)
-                .samples(vk::SampleCountFlags::TYPE_1)
-                .usage(usage);
-            let image = gpu.device.create_image(&info, None)?;
-            let needs = gpu.device.get_image_memory_requirements(image);
-            let image_memory = gpu.memory("target", needs, MemoryLocation::GpuOnly)?;
-            gpu.device.bind_image_memory(image, image_memory.memory(), image_memory.offset())?;
-            let bytes = u64::from(width) * u64::from(height) * 16;
-            let info = vk::BufferCreateInfo::default().size(bytes).usage(vk::BufferUsageFlags::TRANSFER_DST);
-            let buffer = gpu.device.create_buffer(&info, None)?;
-            let needs = gpu.device.get_buffer_memory_requirements(buffer);
-            let buffer_memory = gpu.memory("pixels", needs, MemoryLocation::GpuToCpu)?;
-            gpu.device.bind_buffer_memory(buffer, buffer_memory.memory(), buffer_memory.offset())?;
-            Ok(Self { image, image_memory, buffer, buffer_memory, size: (width, height) })
+            let image = gpu.image(FORMAT, size, usage)?;
+            let buffer = gpu.buffer(image_bytes(size), to_cpu, MemoryLocation::GpuToCpu)?;
+            Ok(Self { image, buffer, size })
         }
     }
 
@@ -171,43 +119,27 @@ impl Target {
             access: vk::AccessFlags2::TRANSFER_READ,
             layout: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
         };
-        let (image, size) = (self.image, self.size);
+        let (image, size) = (self.image.0, self.size);
         let image = HostImage { image, format: FORMAT, size, level: 0, layer: 0, before, after };
         Ok(prepared.output(Aov::Beauty, image)?)
     }
 
     /// This program's own commands after twobounce's. The image is in the layout that was asked for.
     unsafe fn record_read(&self, gpu: &Gpu, commands: vk::CommandBuffer) {
-        let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
-        let extent = vk::Extent3D { width: self.size.0, height: self.size.1, depth: 1 };
-        let region = [vk::BufferImageCopy::default().image_subresource(layers).image_extent(extent)];
-        let to_cpu = [vk::MemoryBarrier2::default()
-            .src_stage_mask(vk::PipelineStageFlags2::COPY)
-            .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
-            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
-            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
-        let barrier = vk::DependencyInfo::default().memory_barriers(&to_cpu);
-        let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
-        unsafe {
-            gpu.device.cmd_copy_image_to_buffer(commands, self.image, layout, self.buffer, &region);
-            gpu.device.cmd_pipeline_barrier2(commands, &barrier);
-        }
+        unsafe { gpu.copy_to_cpu(commands, &[self.image.0], self.size, self.buffer.0) };
     }
 
     /// Linear radiance, rows from the top, once the device is idle.
     fn pixels(&self) -> Vec<[f32; 3]> {
-        let bytes = self.buffer_memory.mapped_slice().expect("memory for the CPU");
-        let number = |texel: &[u8], i: usize| f32::from_le_bytes(texel[4 * i..][..4].try_into().expect("four bytes"));
-        let texels = bytes[..(self.size.0 * self.size.1 * 16) as usize].chunks_exact(16);
-        texels.map(|texel| [number(texel, 0), number(texel, 1), number(texel, 2)]).collect()
+        radiance(&self.buffer.1, 1, self.size)
     }
 
     unsafe fn destroy(self, gpu: &Gpu) {
         unsafe {
-            gpu.device.destroy_image(self.image, None);
-            gpu.device.destroy_buffer(self.buffer, None);
+            gpu.device.destroy_image(self.image.0, None);
+            gpu.device.destroy_buffer(self.buffer.0, None);
         }
-        gpu.free(self.image_memory);
-        gpu.free(self.buffer_memory);
+        gpu.free(self.image.1);
+        gpu.free(self.buffer.1);
     }
 }

@@ -87,7 +87,7 @@ pub struct SkyArgs {
 }
 
 impl SceneArgs {
-    /// What the flags say of what is seen and lit.
+    /// The stage that the flags describe.
     pub fn stage(&self) -> Stage {
         let viewpoint = match (self.eye, self.target, &self.camera) {
             (Some(eye), Some(target), _) => Viewpoint::LookAt { eye, target, up: self.up },

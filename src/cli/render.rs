@@ -19,7 +19,7 @@ use twobounce::profile::{Run, WARM_UP};
 use twobounce::renderer::{FrameReport, RenderOptions, Renderer};
 use twobounce::scene::{Pose, Still, View};
 use twobounce::settings::{Bounces, Settings};
-use twobounce::stage::{Event, MOST_GATHERED, Refinement, Shot, image_header, known_limits, why_blank};
+use twobounce::stage::{Event, Refinement, Shot, image_header, is_scarce, known_limits, why_blank, with_alpha};
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
@@ -112,8 +112,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let (mut opened, context) = args.scene.open_on(&args.run)?;
     let timed = args.timings || args.json.is_some() || args.trace.is_some() || args.repeat > 1;
     let still = !timed && args.frames.is_none();
-    let pixels = u64::from(opened.size.0) * u64::from(opened.size.1);
-    let scarce = pixels > MOST_GATHERED || args.run.memory_limit.is_some();
+    let scarce = is_scarce(opened.size, args.run.memory_limit);
     let refine = args.refine.refine();
     let chosen = args.settings.choose_resolution(&settings)?;
     let settings = fitted(&opened, refine.fitted(settings, chosen, still, scarce));
@@ -123,10 +122,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let mut report = RenderReport::new(&opened, &settings, &context);
     report.exposure_ev = args.display.exposure_ev();
     report.tonemap = (files.kind != ImageKind::Exr).then(|| args.display.tone());
-    // The layer alpha tells which pixels show the sky.
-    let wanted = |aov: &&Aov| **aov == Aov::Alpha || args.aov.contains(aov);
-    let aovs = Aov::ALL.iter().filter(wanted).copied().collect();
-    let options = RenderOptions { aovs, ..run_options(&opened, &args.run) };
+    let options = RenderOptions { aovs: with_alpha(&args.aov), ..run_options(&opened, &args.run) };
     let (pose, _) = &opened.still;
     known_limits(&opened, &settings).iter().for_each(|note| warn(&opened, note));
     let doing = context.compiled_anew().map_or("making passes", |_| "compiling pipelines, once");

@@ -11,8 +11,8 @@ mod truth;
 
 pub use blank::why_blank;
 pub use image::Image;
-pub use refine::{Event, MOST_GATHERED, Noise, Refine, Refinement, duration};
-pub use render::{MAX_SIDE, Options, Progress, check_size, image_header, known_limits, render};
+pub use refine::{Event, Noise, Refine, Refinement, duration, is_scarce};
+pub use render::{MAX_SIDE, Options, Progress, check_size, image_header, known_limits, render, with_alpha};
 pub use sky::Sky;
 pub use staged::{Shot, Staged};
 pub use truth::{PathTracing, check_film, path_trace, truth_header};
@@ -44,7 +44,7 @@ pub enum Viewpoint {
     LookAt { eye: DVec3, target: DVec3, up: DVec3 },
 }
 
-/// What of a scene is seen, and what is added to light it.
+/// The part of a scene that is seen, and the light that is added to it.
 #[derive(Clone, Debug)]
 pub struct Stage {
     pub viewpoint: Viewpoint,

@@ -16,12 +16,17 @@ const NOISE: f64 = 0.02;
 /// The most passes, where time does not end them before.
 const MOST_PASSES: u32 = 256;
 /// Pixels of the largest image of which every one gathers where it is refined: 200 MB for opaque surfaces, as much for blended ones.
-pub const MOST_GATHERED: u64 = 1 << 21;
+const MOST_GATHERED: u64 = 1 << 21;
 /// Work that takes longer is compared with the path tracer's.
 const LONG: Duration = Duration::from_secs(10);
 /// Samples a pixel of the path tracer's trial, whose image has an eighth of the pixels a side.
 const TRIAL: [u32; 2] = [2, 8];
 const TRIAL_SCALE: u32 = 8;
+
+/// Whether memory is too scarce for light at every pixel: where the image is so large, or the caller sets a limit.
+pub fn is_scarce((width, height): (u32, u32), memory_limit: Option<u64>) -> bool {
+    u64::from(width) * u64::from(height) > MOST_GATHERED || memory_limit.is_some()
+}
 
 /// The noise that an image is refined to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +58,7 @@ impl Refine {
     }
 
     /// The settings for an image that may be refined: then light is gathered at every pixel, unless the resolution was `chosen` or memory
-    /// is `scarce`. What is gathered for several pixels blurs, and no pass takes that away.
+    /// is `scarce` ([`is_scarce`]). What is gathered for several pixels blurs, and no pass takes that away.
     #[must_use]
     pub fn fitted(&self, settings: Settings, chosen: bool, still: bool, scarce: bool) -> Settings {
         let mut fitted = settings;

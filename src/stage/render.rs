@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::{Event, Image, MOST_GATHERED, Noise, Refine, Refinement, Stage, Staged, why_blank};
+use super::{Event, Image, Noise, Refine, Refinement, Stage, Staged, is_scarce, why_blank};
 use crate::ground::finish::approximated;
 use crate::layers::Aov;
 use crate::measure::{refuse_invalid, terms};
@@ -159,8 +159,7 @@ pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
     check_size(&context, options.size)?;
     let mut staged = Staged::new(scene.clone(), &options.stage, options.size)?;
     staged.scene.sky_unseen = options.transparent;
-    let pixels = u64::from(options.size.0) * u64::from(options.size.1);
-    let scarce = pixels > MOST_GATHERED || options.memory_limit.is_some();
+    let scarce = is_scarce(options.size, options.memory_limit);
     let refine = Refine { noise: options.noise, time_limit: options.time_limit };
     let settings = refine.fitted(options.settings.clone(), options.keeps_resolution, true, scarce);
     let (settings, fitted) = staged.fitted(settings);
@@ -174,10 +173,8 @@ pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
         _ => Ok(()),
     };
     check()?;
-    // The layer alpha tells which pixels show the sky.
-    let wanted = |aov: &&Aov| **aov == Aov::Alpha || options.layers.contains(aov);
     let render_options = RenderOptions {
-        aovs: Aov::ALL.iter().filter(wanted).copied().collect(),
+        aovs: with_alpha(&options.layers),
         memory_limit: options.memory_limit,
         watch: Some(Arc::new({
             let check = check.clone();
@@ -217,6 +214,11 @@ pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
     settings.image.passes = renderer.passes();
     header.insert("settings".into(), settings.to_toml());
     Ok(Image { layers, display, notes, noise: report.noise, settings: Some(settings), header })
+}
+
+/// These layers in the order of files, and alpha, which tells which pixels show the sky.
+pub fn with_alpha(layers: &[Aov]) -> Vec<Aov> {
+    Aov::ALL.iter().copied().filter(|layer| *layer == Aov::Alpha || layers.contains(layer)).collect()
 }
 
 /// Refuses an image that is larger than those that a device makes.

@@ -28,7 +28,7 @@ pub struct PathTracing {
 }
 
 impl Default for PathTracing {
-    /// What `twobounce reference` does: two bounces, 1 % of noise; but samples are not kept.
+    /// As `twobounce reference`: two bounces, 1 % of noise. Samples are not kept.
     fn default() -> Self {
         Self { bounces: Some(2), samples: None, noise: 0.01, seed: 0, cache: None }
     }

@@ -38,7 +38,7 @@ impl Tiles {
     pub fn of(index: u32) -> Self {
         let samples = (1 << index.max(16).ilog2()) / 4;
         let change = (index / samples) as usize;
-        // Four changes put the borders at each place in each direction, 16 at each pair of places.
+        // Four changes put the borders at each place in each direction.
         let x = [0, 2, 1, 3][change % SIDE];
         let y = ([0, 2, 3, 1][change % SIDE] + change / SIDE) % SIDE;
         Self { first: [SIDE - x, SIDE - y], end: index - index % samples + samples }

@@ -10,7 +10,7 @@ TEST_SECONDS ?= 3000
 DEMO_SECONDS ?= 300
 WEB_SECONDS ?= 900
 
-.PHONY: demo test format test-more test-web test-cluster test-mesa25 test-narrow audit faults corpus assets docs clean
+.PHONY: demo test format test-more test-web test-cluster test-mesa25 test-narrow audit faults corpus assets deb docs clean
 
 demo:  ## build, render the gallery: print what each pass took, then refine the picture for two minutes at most
 	scripts/setup.sh demo
@@ -79,6 +79,10 @@ faults:  ## plants faults, one at a time, and writes into docs/faults.md which t
 corpus:  ## render every model in DIR: make corpus DIR=models
 	cargo build --release --locked
 	scripts/corpus.sh $(DIR)
+
+deb:  ## a package for Debian and Ubuntu: out/twobounce_*.deb (cargo-deb, built if missing)
+	scripts/setup.sh deb
+	scripts/deb.sh
 
 assets:  ## write the scenes in assets/ anew
 	cargo run --release --locked -- make-assets

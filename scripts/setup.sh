@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs missing packages that twobounce needs, and prints each with its purpose. Root is needed only if one is missing.
-# Usage: setup.sh demo|test|web|cluster|audit
-# (test adds Vulkan's validation layers, web a browser, cluster GNU parallel and Slurm, audit cargo-audit and cargo-deny)
+# Usage: setup.sh demo|test|web|cluster|audit|deb
+# (test adds Vulkan's validation layers, web a browser, cluster GNU parallel and Slurm, audit cargo-audit and cargo-deny,
+# deb cargo-deb)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 purpose=${1:-demo}
@@ -49,6 +50,11 @@ if [ "$purpose" = cluster ]; then
     "python3-venv: holds HyperQueue from PyPI"
   )
 fi
+if [ "$purpose" = deb ]; then
+  wanted+=(
+    "dpkg-dev: finds the packages of the libraries that the program links"
+  )
+fi
 # Debian and Ubuntu 24.04 and later have shaderc packages; elsewhere the shaderc crate builds shaderc.
 packaged_shaderc=(
   "libshaderc-dev: compiles the shaders while building"
@@ -74,6 +80,7 @@ This is neither Debian nor Ubuntu, so this script installs nothing. twobounce ne
   - for the tests: the Vulkan validation layers, spirv-val of the SPIR-V tools, Xvfb, jwm, Python 3 with numpy and pytest
   - for the window on X11: libX11, libX11-xcb, libXcursor, libXi, libxkbcommon-x11
   - for make test-web: chromium, chromedriver, python3
+  - for make deb: Debian or Ubuntu, for dpkg-shlibdeps
   - for building shaderc once (about 8 minutes): cmake, git, python3, a C++ compiler; ninja helps
 END
 }
@@ -142,12 +149,21 @@ if [ "$purpose" = test ]; then
     rustup component add "$tool"
   done
 fi
+# Builds a tool of crates.io, given with what it does, where it is missing.
+build_tool() {
+  if have "$1"; then return; fi
+  echo "setup: building $1, which $2; that takes minutes"
+  cargo install --locked --quiet "$1"
+}
+
 if [ "$purpose" = audit ]; then
   for tool in cargo-audit cargo-deny; do
-    if have "$tool"; then continue; fi
-    echo "setup: building $tool, which looks through the dependencies; that takes minutes"
-    if ! cargo install --locked --quiet "$tool"; then
+    if ! build_tool "$tool" "looks through the dependencies"; then
       echo "setup: $tool cannot be installed from crates.io here; make audit goes on without it" >&2
     fi
   done
+fi
+if [ "$purpose" = deb ] && ! build_tool cargo-deb "writes the package"; then
+  echo "setup: cargo-deb cannot be installed from crates.io here, and make deb needs it" >&2
+  exit 2
 fi

@@ -29,6 +29,7 @@ mod maps;
 mod materials;
 mod metrics_faults;
 mod nonsense_traced;
+mod packaging;
 mod parameters;
 mod reference_analytic;
 mod reference_determinism;

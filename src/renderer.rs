@@ -1,6 +1,7 @@
 //! A host of its own, as the command line uses it: a scene, a [`Frame`] and a [`Readback`] on one device. Renders frames, lets
 //! buffers grow, waits for feedback to settle, reads images back.
 
+mod lacks;
 mod limits;
 mod refine;
 
@@ -20,9 +21,11 @@ use crate::{Error, Result};
 
 #[cfg_attr(not(internals), doc(hidden))]
 pub use crate::frame::SETTLED;
+#[cfg_attr(not(internals), doc(hidden))]
+pub use lacks::{StageNeeds, lacks, method_of, stage_needs};
 pub(crate) use limits::MemoryCheck;
 #[cfg_attr(not(internals), doc(hidden))]
-pub use limits::{largest_image, memory_limit, most_triangles};
+pub use limits::{fits, largest_image, memory_limit, most_triangles};
 
 pub use crate::layers::{Aov, Layers};
 pub use crate::vk::{Context, ContextOptions, Step, Watch, ZoneTimings};

@@ -3,6 +3,7 @@
 
 mod audit;
 mod changes;
+mod devices;
 mod flight;
 mod kinds;
 mod layers;
@@ -15,9 +16,10 @@ mod strengths;
 mod tables;
 mod talk;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Parser;
+use twobounce::lab::table::fill_file;
 
 #[derive(Parser)]
 #[command(about = "Measures the numbers of pages in docs/, and makes their pictures")]
@@ -32,6 +34,8 @@ enum Page {
         #[arg(default_value = "assets/gallery.glb")]
         scene: PathBuf,
     },
+    /// Fills the tables of docs/devices.md
+    Devices,
     /// Prints for docs/study/rooms/README.md what changes from frame to frame in a camera's flight
     Flight(flight::Flight),
     /// Fills the section of this driver in docs/layers.md
@@ -69,6 +73,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     match Page::parse() {
         Page::Audit { scenes } => audit::run(&scenes)?,
         Page::Changes { scene } => changes::run(&scene)?,
+        Page::Devices => {
+            let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+            fill_file(&root.join("docs/devices.md"), |name, _| devices::table(name, root))?;
+        }
         Page::Flight(flight) => flight.run()?,
         Page::Layers => layers::run()?,
         Page::Materials { folder, scene } => materials::run(folder, &scene)?,

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::{Value, json};
 use twobounce::measure::timing::short_bytes;
+use twobounce::renderer;
 use twobounce::settings::{Conservative, PRESETS, Preset};
 use twobounce::vk::{self, DeviceReport, Need};
 
@@ -53,6 +54,7 @@ fn device_text(index: usize, device: &DeviceReport) -> String {
         };
         tell(need, &asks);
     }
+    text += &presets_text(device);
     text += "   limits:\n";
     for (key, words, value) in limits(device) {
         let value = match &value {
@@ -79,21 +81,21 @@ fn presets_that_need(name: &str) -> Vec<&'static str> {
 }
 
 /// Per preset what the device lacks for it.
-fn lacks(device: &DeviceReport) -> serde_json::Map<String, Value> {
-    let missing = |needs: &[Need]| -> Vec<String> {
-        needs.iter().filter(|need| !need.present).map(|need| need.name.clone()).collect()
-    };
-    let of = |preset: &Preset| {
-        let asked = (preset.settings)().grid.conservative.needs();
-        let own = missing(&device.wishes).into_iter().filter(|name| asked.contains(&name.as_str()));
-        let all: Vec<Value> = missing(&device.needs).into_iter().chain(own).map(Value::String).collect();
-        (preset.name.to_owned(), Value::Array(all))
-    };
-    PRESETS.iter().map(of).collect()
+fn lacks(device: &DeviceReport) -> impl Iterator<Item = (&'static str, Vec<String>)> {
+    PRESETS.iter().map(|preset| (preset.name, renderer::lacks(device, &(preset.settings)())))
+}
+
+/// The presets that run, and what each other lacks.
+fn presets_text(device: &DeviceReport) -> String {
+    let (run, others): (Vec<_>, Vec<_>) = lacks(device).partition(|(_, missing)| missing.is_empty());
+    let names: Vec<&str> = run.iter().map(|(name, _)| *name).collect();
+    let runs = if names.is_empty() { "none runs".to_owned() } else { format!("{} run", names.join(", ")) };
+    let others = others.iter().map(|(name, missing)| format!("     {name} lacks {}\n", missing.join(", ")));
+    format!("   presets:\n     {runs}\n{}", others.collect::<String>())
 }
 
 /// The limits that matter: key, words, and value in the unit that ends the key.
-fn limits(device: &DeviceReport) -> [(&'static str, &'static str, Value); 11] {
+fn limits(device: &DeviceReport) -> [(&'static str, &'static str, Value); 13] {
     let limits = &device.limits;
     [
         ("storage_buffer_bytes", "storage buffer, at most", limits.max_storage_buffer_range.into()),
@@ -103,6 +105,16 @@ fn limits(device: &DeviceReport) -> [(&'static str, &'static str, Value); 11] {
         ("image_layers", "layers of an image, at most", limits.max_image_array_layers.into()),
         ("framebuffer_layers", "layers of a framebuffer, at most", limits.max_framebuffer_layers.into()),
         ("color_attachments", "colour attachments, at most", limits.max_color_attachments.into()),
+        (
+            "stage_storage_buffers",
+            "storage buffers of a shader stage, at most",
+            limits.max_per_stage_descriptor_storage_buffers.into(),
+        ),
+        (
+            "stage_storage_images",
+            "storage images of a shader stage, at most",
+            limits.max_per_stage_descriptor_storage_images.into(),
+        ),
         ("push_descriptors", "push descriptors, at most", device.max_push_descriptors.into()),
         ("rgba32f_samples", "samples per pixel of an RGBA32F colour image", device.color_samples.clone().into()),
         ("d32f_samples", "samples per pixel of a D32F depth image", device.depth_samples.clone().into()),
@@ -133,7 +145,7 @@ fn device_json(index: usize, device: &DeviceReport) -> Value {
         "driver": device.driver,
         "usable": device.needs.iter().all(|need| need.present),
         "needs": needs,
-        "presets_lack": lacks(device),
+        "presets_lack": lacks(device).map(|(name, missing)| (name.to_owned(), json!(missing))).collect::<serde_json::Map<_, _>>(),
         "limits": limits,
         "heaps": device.heaps.iter().enumerate().map(heap).collect::<Vec<_>>(),
     })
@@ -142,6 +154,7 @@ fn device_json(index: usize, device: &DeviceReport) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use twobounce::ash::vk::PhysicalDeviceLimits;
     use twobounce::vk::{DeviceKind, Need};
 
     fn device(present: bool) -> DeviceReport {
@@ -153,7 +166,12 @@ mod tests {
             driver: "a driver 1.2".into(),
             needs: vec![need("dynamicRendering", present), need("scalarBlockLayout", true)],
             wishes: vec![need("geometryShader", present)],
-            limits: Default::default(),
+            limits: PhysicalDeviceLimits {
+                max_per_stage_descriptor_storage_buffers: 64,
+                max_per_stage_descriptor_storage_images: if present { 64 } else { 6 },
+                max_fragment_combined_output_resources: 64,
+                ..Default::default()
+            },
             max_allocation_bytes: 1 << 31,
             max_push_descriptors: 32,
             heaps: vec![(8 << 30, true), (16 << 30, false)],
@@ -171,6 +189,9 @@ mod tests {
             "✓ geometryShader, for grid.conservative = geometry-shader, as in the presets corrected-16, corrected, printed\n",
             "1: A device\n",
             "cannot be used, it lacks dynamicRendering:\n     ✗ dynamicRendering\n     ✓ scalarBlockLayout",
+            "presets:\n     balanced, fast, accurate, cones, corrected-16, corrected, printed, lpv, lpv-printed, photons, photons-printed run\n   limits",
+            "presets:\n     none runs\n     balanced lacks dynamicRendering\n",
+            "     printed lacks dynamicRendering, geometryShader, maxPerStageDescriptorStorageImages 7\n",
             "heap 1: 16.00 GiB, shared with it, 3.0 MiB free",
             "single allocation, at most                   2.00 GiB",
         ] {
@@ -187,7 +208,10 @@ mod tests {
         assert_eq!(second["needs"]["dynamicRendering"], false);
         let lacks = |preset: &str| &second["presets_lack"][preset];
         assert_eq!(lacks("fast"), &json!(["dynamicRendering"]));
-        assert_eq!(lacks("printed"), &json!(["dynamicRendering", "geometryShader"]));
+        assert_eq!(
+            lacks("printed"),
+            &json!(["dynamicRendering", "geometryShader", "maxPerStageDescriptorStorageImages 7"])
+        );
         assert_eq!(
             first["heaps"][1],
             json!({ "bytes": 17179869184_u64, "device_local": false, "free_bytes": 3145728 })

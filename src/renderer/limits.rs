@@ -10,7 +10,7 @@ use crate::ground::scene_on_gpu::ScenePacked;
 use crate::ground::tree::groups::TreesOnce;
 use crate::memory::Limit;
 use crate::scene::Pose;
-use crate::vk::{Context, beside_compiler};
+use crate::vk::{Context, DeviceReport, beside_compiler};
 
 /// Memory of a device that may be taken: what it has left, on a CPU what the machine has left besides the driver, or
 /// `limit` bytes of that.
@@ -41,14 +41,32 @@ pub(crate) struct MemoryCheck {
     largest: Limit,
 }
 
+/// Refuses a frame whose resources exceed the memory of a device, or what it binds at once, before anything is made: the device
+/// need not be here.
+///
+/// # Errors
+/// [`crate::Error::Memory`]
+pub fn fits(device: &DeviceReport, desc: &FrameDesc, pose: &Pose) -> Result<()> {
+    let memory = device.heaps.iter().filter(|(_, is_own)| *is_own).map(|heap| heap.0).max().unwrap_or(0);
+    let check = MemoryCheck {
+        limit: Limit { bytes: memory, words: format!("the memory of {}", device.name) },
+        largest: largest(&device.name, device.limits.max_storage_buffer_range),
+    };
+    let trees = Arc::new(TreesOnce::new(&pose.world_from_instance));
+    let packed = ScenePacked::with(desc.scene, pose, trees.clone());
+    check.check_first(desc, &trees, &packed.plan())
+}
+
+/// What a device binds at once.
+fn largest(name: &str, bytes: u32) -> Limit {
+    Limit { bytes: bytes.into(), words: format!("the largest buffer that {name} binds") }
+}
+
 impl MemoryCheck {
     /// `limit`: bytes, where the caller sets them.
     pub fn new(context: &Context, limit: Option<u64>) -> Self {
-        let words = format!("the largest buffer that {} binds", context.name);
-        Self {
-            limit: memory_limit(context, limit),
-            largest: Limit { bytes: context.limits.max_storage_buffer_range.into(), words },
-        }
+        let largest = largest(&context.name, context.limits.max_storage_buffer_range);
+        Self { limit: memory_limit(context, limit), largest }
     }
 
     /// Packs the scene for the device, and makes its trees if they are asked for: refused is what does not fit, as soon as it is known.

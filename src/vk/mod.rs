@@ -26,6 +26,8 @@ pub use ash::vk::{
 };
 pub use device::context::{Context, ContextOptions};
 #[cfg_attr(not(internals), doc(hidden))]
+pub use device::described::Described;
+#[cfg_attr(not(internals), doc(hidden))]
 pub use device::executables::{Executable, Statistic, StatisticValue};
 pub use device::features::{FeatureStructs, Features, required_extensions, required_features};
 pub use device::host::{HostDevice, missing};

@@ -57,6 +57,7 @@ mod profile_counts;
 mod rays_bounces;
 mod rays_items;
 mod rays_oracle;
+mod robust;
 mod shadow_edges;
 mod sky;
 mod sky_map;

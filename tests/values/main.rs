@@ -1,5 +1,7 @@
 //! Tests that need no device of their own: scenes, settings, the path tracer, closed forms, and the pages of `docs/`.
 
+#[path = "../../examples/pages/devices.rs"]
+mod device_tables;
 #[path = "../common/nonsense.rs"]
 mod nonsense;
 #[path = "../../examples/pages/pictures.rs"]
@@ -18,6 +20,7 @@ mod valid;
 mod assets;
 mod ci_recipe;
 mod compiler;
+mod devices;
 mod docs;
 mod faults_listed;
 mod gltf;

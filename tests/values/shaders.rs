@@ -10,6 +10,7 @@ use twobounce::gi::{Method, cones, lpv, photons, rays};
 use twobounce::ground::constants::{
     DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, Features, LIT_ALIKE, LIT_EACH, constants, with,
 };
+use twobounce::renderer::method_of;
 use twobounce::settings::{PRESETS, Settings};
 use twobounce::vk::{Constant, shader};
 
@@ -22,12 +23,6 @@ fn of_method(settings: &Settings) -> Vec<Constant> {
         Method::Lpv => lpv::constants(&settings.of.lpv),
         Method::Photons => photons::constants::constants(&settings.of.photons),
     }
-}
-
-/// The method that a shader belongs to, by its name.
-fn method_of(name: &str) -> Option<Method> {
-    let words = name.split(['/', ' ', '.']);
-    words.filter_map(|word| Method::ALL.iter().copied().find(|method| method.name() == word)).next()
 }
 
 /// Constants that single passes give beside the ground's and the method's, in one of three ways, and those of shaders

@@ -73,6 +73,15 @@ pub(in crate::vk) fn open<'a>(
     if extensions.contains(&ash::khr::pipeline_executable_properties::NAME) {
         info = info.push_next(&mut executables);
     }
+    let mut subset = vk::PhysicalDevicePortabilitySubsetFeaturesKHR::default();
+    if extensions.contains(&ash::khr::portability_subset::NAME) {
+        // All that it keeps of Vulkan is on.
+        let mut kept = vk::PhysicalDeviceFeatures2::default().push_next(&mut subset);
+        // SAFETY: the device has the extension that the chained structure belongs to.
+        unsafe { instance.raw.get_physical_device_features2(physical, &mut kept) };
+        subset.p_next = std::ptr::null_mut();
+        info = info.push_next(&mut subset);
+    }
     // SAFETY: the caller checked that every extension and feature exists.
     let device = unsafe { instance.raw.create_device(physical, &info, None) }?;
     // SAFETY: the family has the queue that was asked for.

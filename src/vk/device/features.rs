@@ -20,6 +20,11 @@ macro_rules! features {
             pub(in crate::vk) fn list(self) -> impl Iterator<Item = (&'static str, bool)> {
                 [$(($name, self.$field)),+].into_iter()
             }
+
+            /// Those of these names.
+            pub(in crate::vk) fn named(names: &[String]) -> Self {
+                Self { $($field: names.iter().any(|name| name == $name)),+ }
+            }
         }
 
         const ALL: Features = Features { $($field: true),+ };

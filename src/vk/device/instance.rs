@@ -75,10 +75,17 @@ impl Instance {
         if validation {
             extensions.push(ash::ext::validation_features::NAME.as_ptr());
         }
+        // Without it the loader hides devices that leave out parts of Vulkan, as those over Metal do.
+        let mut flags = vk::InstanceCreateFlags::empty();
+        if has(khr::portability_enumeration::NAME) {
+            extensions.push(khr::portability_enumeration::NAME.as_ptr());
+            flags |= vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR;
+        }
         let application = vk::ApplicationInfo::default().application_name(c"twobounce").api_version(VERSION);
         let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
         let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
         let mut info = vk::InstanceCreateInfo::default()
+            .flags(flags)
             .application_info(&application)
             .enabled_layer_names(&layers)
             .enabled_extension_names(&extensions);
@@ -247,7 +254,6 @@ pub fn devices() -> Result<Vec<DeviceReport>> {
 
 fn report(instance: &ash::Instance, physical: vk::PhysicalDevice) -> DeviceReport {
     let found = Capabilities::query(instance, VERSION, physical);
-    let heaps = found.memory.memory_heaps_as_slice().iter();
     let samples = |format, usage| {
         // SAFETY: the handle comes from this instance.
         let flags = unsafe {
@@ -265,19 +271,10 @@ fn report(instance: &ash::Instance, physical: vk::PhysicalDevice) -> DeviceRepor
         [1, 2, 4, 8, 16].into_iter().filter(|&n| flags.contains(vk::SampleCountFlags::from_raw(n))).collect()
     };
     DeviceReport {
-        name: found.name(),
-        kind: DeviceKind::of(found.properties.device_type),
-        api_version: version_of(&found.properties),
-        needs: found.needs(),
-        wishes: found.wishes(),
-        limits: found.properties.limits,
-        max_allocation_bytes: found.max_allocation_bytes,
-        max_push_descriptors: found.max_push_descriptors,
-        heaps: heaps.map(|h| (h.size, h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))).collect(),
         budgets: heap_budgets(instance, physical, &found),
         color_samples: samples(vk::Format::R32G32B32A32_SFLOAT, vk::ImageUsageFlags::COLOR_ATTACHMENT),
         depth_samples: samples(vk::Format::D32_SFLOAT, vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT),
-        driver: found.driver,
+        ..found.report()
     }
 }
 

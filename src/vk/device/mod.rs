@@ -2,6 +2,7 @@
 
 pub(in crate::vk) mod choose;
 pub(in crate::vk) mod context;
+pub(in crate::vk) mod described;
 pub(in crate::vk) mod executables;
 pub(in crate::vk) mod features;
 pub(in crate::vk) mod functions;

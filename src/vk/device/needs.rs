@@ -2,6 +2,7 @@
 //! one, and `info`.
 
 use super::features::{COLOR_ATTACHMENTS, FRAMEBUFFER_LAYERS, Features, required_extensions, required_features};
+use super::instance::{DeviceKind, DeviceReport, version_of};
 use ash::vk;
 use std::collections::BTreeSet;
 use std::ffi::CStr;
@@ -21,12 +22,12 @@ pub(in crate::vk) struct Capabilities {
     pub(in crate::vk) max_push_descriptors: u32,
     pub(in crate::vk) max_allocation_bytes: u64,
     /// Samples of images that hold whole numbers, are drawn into and then read.
-    integer_samples: vk::SampleCountFlags,
+    pub(in crate::vk) integer_samples: vk::SampleCountFlags,
     pub(in crate::vk) memory: vk::PhysicalDeviceMemoryProperties,
     /// Family with graphics, compute and timestamps.
     pub(in crate::vk) queue_family: Option<u32>,
     pub(in crate::vk) extensions: BTreeSet<String>,
-    features: Features,
+    pub(in crate::vk) features: Features,
     /// `VK_KHR_pipeline_executable_properties` and its feature are there.
     pub(in crate::vk) describes_executables: bool,
     /// The lower one of the device's version and of what the instance was made with.
@@ -161,6 +162,26 @@ impl Capabilities {
         ]
     }
 
+    /// What is known without asking the device again.
+    pub(in crate::vk) fn report(&self) -> DeviceReport {
+        let heaps = self.memory.memory_heaps_as_slice().iter();
+        DeviceReport {
+            name: self.name(),
+            kind: DeviceKind::of(self.properties.device_type),
+            api_version: version_of(&self.properties),
+            driver: self.driver.clone(),
+            needs: self.needs(),
+            wishes: self.wishes(),
+            limits: self.properties.limits,
+            max_allocation_bytes: self.max_allocation_bytes,
+            max_push_descriptors: self.max_push_descriptors,
+            heaps: heaps.map(|heap| (heap.size, heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))).collect(),
+            budgets: None,
+            color_samples: vec![],
+            depth_samples: vec![],
+        }
+    }
+
     /// The features to enable: all that are needed, and of the others those that are there.
     pub(in crate::vk) fn enabled_features(&self) -> Features {
         let Features { geometry_shader, robust_buffer_access, .. } = self.features;
@@ -172,9 +193,14 @@ impl Capabilities {
         self.needs().into_iter().filter(|need| !need.present).map(|need| need.name).collect()
     }
 
-    /// Device extensions to enable: what is needed and not core, and what is used where it is there.
+    /// Device extensions to enable: what is needed and not core, and what is used where it is there. A device over Metal says by the last
+    /// one that it leaves out parts of Vulkan, and has to be told that this is known.
     pub(in crate::vk) fn enabled_extensions(&self) -> Vec<&'static CStr> {
-        let optional = [ash::ext::memory_budget::NAME, ash::ext::conservative_rasterization::NAME];
+        let optional = [
+            ash::ext::memory_budget::NAME,
+            ash::ext::conservative_rasterization::NAME,
+            ash::khr::portability_subset::NAME,
+        ];
         let present = optional.into_iter().filter(|name| self.has_extension(name));
         required_extensions(self.version).into_iter().chain(present).collect()
     }

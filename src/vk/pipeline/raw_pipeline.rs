@@ -109,10 +109,24 @@ impl RawPipeline {
                 context.name
             )));
         }
+        let storage_buffers = this.stages.iter().map(|info| this.storage_buffers_of(info.stage)).max().unwrap_or(0);
+        let most = context.limits.max_per_stage_descriptor_storage_buffers;
+        if storage_buffers > most {
+            return Err(Error::Device(format!(
+                "{} gives a shader at most {most} storage buffers, but the pass {label} needs {storage_buffers}: choose another \
+                 device or another method (twobounce info says which presets run)",
+                context.name
+            )));
+        }
         this.create_layouts(context.device())
             .map_err(|result| context.error(&format!("creating the pass {label}"), result))?;
         this.start(Making::new(context, &this, constants));
         Ok(this)
+    }
+
+    fn storage_buffers_of(&self, stage: Stage) -> u32 {
+        let of_stage = |binding: &&Binding| binding.kind == BindingKind::Storage && binding.stages.contains(&stage);
+        self.bindings.iter().filter(of_stage).map(|binding| binding.count).sum()
     }
 
     /// Compiles the pipeline on a thread of its own: a frame has about twenty, and drivers compile each on the caller's.

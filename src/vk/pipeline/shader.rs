@@ -1,7 +1,8 @@
 //! The SPIR-V that the build compiled from `glsl/`, by the shader's path below that folder.
 
+use super::bind::COUNTS;
 use super::constants::{Constant, Value};
-use super::reflect::{self, StructLayout};
+use super::reflect::{self, Binding, StageInfo, StructLayout};
 use super::specialize::{Choices, specialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -41,6 +42,12 @@ pub fn constants(name: &str) -> Vec<(String, Value)> {
 /// The words of the shader called `name` as a pipeline takes it that is given these constants.
 pub fn specialized(name: &str, constants: &[Constant]) -> Vec<u32> {
     specialize(spirv(name), &Choices { constants, bindings: &[] })
+}
+
+/// The stage of the shader called `name`, and what it binds where it counts nothing.
+pub fn reflected(name: &str) -> (StageInfo, Vec<Binding>) {
+    let module = reflect::module(entry(name));
+    (module.info, module.bindings.into_iter().filter(|binding| binding.name != COUNTS).collect())
 }
 
 /// Whether the shader called `name`, or any header, declares the specialisation constant `constant`.

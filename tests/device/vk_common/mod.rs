@@ -8,7 +8,7 @@ use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex};
 use twobounce::vk::ash::{self, vk};
 use twobounce::vk::gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
-use twobounce::vk::{Context, HostDevice, required_extensions, required_features};
+use twobounce::vk::{Context, Features, HostDevice, required_extensions, required_features};
 
 const INSTANCE_EXTENSIONS: [&CStr; 2] = [ash::ext::debug_utils::NAME, ash::ext::validation_features::NAME];
 
@@ -19,6 +19,7 @@ pub struct Host {
     pub allocator: Option<Arc<Mutex<Allocator>>>,
     pub pipeline_cache: vk::PipelineCache,
     version: u32,
+    features: Features,
     physical: vk::PhysicalDevice,
     instance: ash::Instance,
     messenger: vk::DebugUtilsMessengerEXT,
@@ -34,6 +35,15 @@ impl Host {
 
     /// With an instance of that version.
     pub fn of(version: u32) -> Self {
+        Self::with(version, required_features())
+    }
+
+    /// With a device of these features.
+    pub fn enabling(features: Features) -> Self {
+        Self::with(vk::API_VERSION_1_3, features)
+    }
+
+    fn with(version: u32, features: Features) -> Self {
         unsafe {
             let entry = ash::Entry::load().expect("a Vulkan loader");
             let instance = instance(&entry, version);
@@ -45,7 +55,11 @@ impl Host {
                 .iter()
                 .position(|f| f.queue_flags.contains(vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE))
                 .expect("a queue family") as u32;
-            let device = device(&instance, version, physical, family);
+            let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
+            let extensions: Vec<_> = required_extensions(version).iter().map(|name| name.as_ptr()).collect();
+            let mut structs = features.structs();
+            let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&extensions);
+            let device = instance.create_device(physical, &structs.chain(info), None).expect("a device");
             let queue = Arc::new(Mutex::new(device.get_device_queue(family, 0)));
             let allocator = Allocator::new(&AllocatorCreateDesc {
                 instance: instance.clone(),
@@ -64,6 +78,7 @@ impl Host {
                 allocator,
                 pipeline_cache,
                 version,
+                features,
                 physical,
                 instance,
                 messenger,
@@ -87,7 +102,7 @@ impl Host {
             pipeline_cache: Some(self.pipeline_cache),
             instance_extensions: &INSTANCE_EXTENSIONS,
             device_extensions: &extensions,
-            features: required_features(),
+            features: self.features,
         };
         change(&mut host);
         // SAFETY: `device` enables all that is required; the test drops the context first.
@@ -154,14 +169,6 @@ unsafe fn physical(instance: &ash::Instance) -> vk::PhysicalDevice {
         !wanted.is_empty() && properties.device_name_as_c_str().unwrap().to_string_lossy().contains(&wanted)
     };
     *all.iter().find(named).unwrap_or(&all[0])
-}
-
-unsafe fn device(instance: &ash::Instance, version: u32, physical: vk::PhysicalDevice, family: u32) -> ash::Device {
-    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
-    let extensions: Vec<_> = required_extensions(version).iter().map(|name| name.as_ptr()).collect();
-    let mut features = required_features().structs();
-    let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&extensions);
-    unsafe { instance.create_device(physical, &features.chain(info), None) }.expect("a device")
 }
 
 unsafe fn listen(

@@ -106,6 +106,8 @@ pub mod color;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod error;
 #[cfg_attr(not(internals), doc(hidden))]
+pub mod folders;
+#[cfg_attr(not(internals), doc(hidden))]
 pub mod frame;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod gi;

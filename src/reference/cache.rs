@@ -11,6 +11,7 @@ use super::film::{Film, Pixel};
 use super::tile::Tiles;
 use super::{Control, Depth, Options, Progress, VERSION, render};
 use crate::Result;
+use crate::folders;
 use crate::output::file;
 use crate::scene::{Pose, Still};
 
@@ -32,13 +33,10 @@ pub struct Cache {
 }
 
 impl Cache {
-    /// The folder `TWOBOUNCE_CACHE`, else `twobounce` in `XDG_CACHE_HOME`, else `twobounce` in `~/.cache`.
+    /// The folder `TWOBOUNCE_CACHE`, else the user's, as [`folders::cache`] says.
     pub fn of_user() -> Self {
-        let set = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
-        let folder = set("TWOBOUNCE_CACHE")
-            .or_else(|| set("XDG_CACHE_HOME").map(|d| d.join("twobounce")))
-            .or_else(|| set("HOME").map(|d| d.join(".cache/twobounce")));
-        Self { folder }
+        let chosen = std::env::var_os("TWOBOUNCE_CACHE").filter(|value| !value.is_empty()).map(PathBuf::from);
+        Self { folder: chosen.or_else(folders::cache) }
     }
 
     /// Keeps nothing.

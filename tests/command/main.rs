@@ -1,4 +1,6 @@
-//! The program as its users run it: flags, files, output, exit codes. Every test starts `twobounce` as a process.
+//! The program as its users run it: flags, files, output, exit codes. Every test starts `twobounce` as a process. They use shells, signals
+//! and X servers, which Windows has not.
+#![cfg(unix)]
 
 mod cli_common;
 #[path = "../common/more.rs"]
@@ -14,6 +16,7 @@ mod driver_cache;
 mod host_example;
 #[cfg(target_os = "linux")]
 mod library;
+#[cfg(target_os = "linux")]
 mod limits;
 mod machines;
 mod new_method;

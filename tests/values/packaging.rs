@@ -118,3 +118,24 @@ fn the_debian_package_names_what_is_opened() {
         assert!(recommended.split(", ").any(|name| name == package), "{package} is not recommended: {recommended}");
     }
 }
+
+/// No workflow goes on after a test that failed or could not run, and the one of Linux runs what the continuous integration runs.
+#[test]
+fn workflows_let_no_failure_pass() {
+    let mut seen = 0;
+    for entry in fs::read_dir(root().join(".github/workflows")).expect("a folder") {
+        let name = entry.expect("an entry").file_name().into_string().expect("UTF-8");
+        let text = read(&format!(".github/workflows/{name}"));
+        for way_out in ["continue-on-error", "|| true", "--skip", "if: failure", "--no-fail-fast"] {
+            assert!(!text.contains(way_out), "{name} has {way_out}");
+        }
+        let tests = if name == "ci.yml" {
+            "- run: .ci/run"
+        } else {
+            "- run: cargo test --release --locked --lib --test values"
+        };
+        assert!(text.contains(tests) && text.contains("if-no-files-found: error"), "{name}");
+        seen += 1;
+    }
+    assert_eq!(seen, 3, "workflows for Linux, Windows and macOS");
+}

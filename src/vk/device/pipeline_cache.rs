@@ -1,9 +1,10 @@
 //! The driver's compiled pipelines, kept on disk from run to run, one file per device and driver.
 
 use super::needs::Capabilities;
+use crate::folders;
 use ash::vk;
 use std::path::{Path, PathBuf};
-use std::{env, fs, io};
+use std::{fs, io};
 
 /// Bytes of the checksum that precedes the data in the file: drivers trust what they are given.
 const HASH_BYTES: usize = 32;
@@ -19,7 +20,7 @@ pub(in crate::vk) struct PipelineCache {
 
 impl PipelineCache {
     pub(in crate::vk) fn open(device: &ash::Device, capabilities: &Capabilities) -> Self {
-        let file = folder().map(|folder| folder.join(file_name(capabilities)));
+        let file = folders::cache().map(|folder| folder.join(file_name(capabilities)));
         let loaded = file.as_deref().and_then(read).unwrap_or_default();
         let info = vk::PipelineCacheCreateInfo::default().initial_data(&loaded);
         // SAFETY: the data is what the same driver wrote, by its checksum.
@@ -54,13 +55,6 @@ impl PipelineCache {
             device.destroy_pipeline_cache(self.handle, None);
         }
     }
-}
-
-/// `$XDG_CACHE_HOME/twobounce`, or the place that it stands for.
-fn folder() -> Option<PathBuf> {
-    let set = |name| env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-    let base = set("XDG_CACHE_HOME").or_else(|| set("LOCALAPPDATA")).or_else(|| Some(set("HOME")?.join(".cache")))?;
-    Some(base.join("twobounce"))
 }
 
 fn file_name(capabilities: &Capabilities) -> String {

@@ -29,7 +29,7 @@ fn paths_outside_the_folder_of_the_scene_are_refused() {
     let secret = folder.path().join("secret.bin");
     std::fs::write(&secret, File::triangle().binary).unwrap();
     let absolute = secret.to_str().unwrap();
-    let mut uris = vec![
+    let uris = vec![
         "../secret.bin".to_owned(),
         "%2e%2e/secret.bin".to_owned(),
         "%2E%2E%2Fsecret.bin".to_owned(),
@@ -38,11 +38,11 @@ fn paths_outside_the_folder_of_the_scene_are_refused() {
         format!("file://localhost{absolute}"),
     ];
     #[cfg(unix)]
-    {
+    let uris = {
         std::os::unix::fs::symlink(&secret, path.with_file_name("link.bin")).unwrap();
         std::os::unix::fs::symlink(folder.path(), path.with_file_name("out")).unwrap();
-        uris.extend(["link.bin".to_owned(), "out/secret.bin".to_owned()]);
-    }
+        [uris, vec!["link.bin".to_owned(), "out/secret.bin".to_owned()]].concat()
+    };
     for uri in &uris {
         for of_image in [false, true] {
             let mut file = File::triangle();

@@ -4,6 +4,7 @@
 // Alike: of a voxel's triangles that have one material and face alike, the one with the largest part in it is lit for
 // all. A thread per occupied voxel; no outcome depends on a list's order. CPU twin: tests/twins/alike.rs.
 
+#define WRITES_HEADS
 #include "ground/constants.glsl"
 #include "common/triangle_box.glsl"
 #include "common/clip.glsl"
@@ -12,6 +13,7 @@
 #include "ground/bindings.glsl"
 #include "ground/cells.glsl"
 #include "ground/boxes.glsl"
+#include "ground/item_index.glsl"
 
 layout(scalar) buffer ItemParts { ItemPart item_parts[]; };
 layout(scalar) writeonly buffer LitItems { uint lit_items[]; };
@@ -36,6 +38,14 @@ bool shares(uint material) {
     return (materials[material].flags & (MATERIAL_MASK | MATERIAL_BLEND)) == 0u;
 }
 
+// Enters an item, 1-based, into the index.
+void enter(uint item, uint triangle, uint voxel) {
+    uint place = index_place(triangle, voxel);
+    for (uint k = 0u; k < index_places() && atomicCompSwap(heads[INDEX_FIRST + place], 0u, item) != 0u; k++) {
+        place = index_after(place);
+    }
+}
+
 void choose(uint first, uint voxel) {
     for (uint cell = 0u; cell < FACING_CELLS; cell++) {
         chosen[cell] = 0u;
@@ -45,6 +55,7 @@ void choose(uint first, uint voxel) {
         COUNT(CORNERS, 3u);
         COUNT(WORDS, 2u); // its material and source
         uint triangle = list_items[item - 1u].triangle;
+        enter(item, triangle, voxel);
         vec3 a = triangles[triangle].corners[0];
         vec3 b = triangles[triangle].corners[1];
         vec3 c = triangles[triangle].corners[2];

@@ -1,4 +1,5 @@
-// Data that every method reads: the frame, the scene, the lists. A shader that writes globals defines WRITES_GLOBALS.
+// Data that every method reads: the frame, the scene, the lists. A shader that writes globals or heads
+// defines WRITES_GLOBALS or WRITES_HEADS.
 
 #include "ground/constants.glsl"
 #include "ground/frame.glsl"
@@ -11,7 +12,11 @@ layout(scalar) readonly buffer GlobalsBuffer { Globals globals; };
 #endif
 layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
 layout(scalar) readonly buffer ListItems { ListItem list_items[]; };
+#ifdef WRITES_HEADS
+layout(scalar) buffer Heads { uint heads[]; };
+#else
 layout(scalar) readonly buffer Heads { uint heads[]; };
+#endif
 layout(scalar) readonly buffer Materials { Material materials[]; };
 layout(scalar) readonly buffer Lights { Light lights[]; };
 layout(scalar) readonly buffer Lamps { Lamp lamps[]; };

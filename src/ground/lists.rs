@@ -30,7 +30,8 @@ pub struct Lists {
     /// Counters of items and cells; of the base grid also of recorded triangles.
     pub globals: Buffer,
     pub items: Buffer,
-    /// First item of every voxel's list, 1-based.
+    /// First item of every voxel's list, 1-based; behind them, where a method wants it, which item a triangle has in a voxel
+    /// (`glsl/ground/item_index.glsl`).
     pub heads: Buffer,
     /// Cells that are occupied in this frame.
     pub cells: CellLists,
@@ -106,6 +107,8 @@ impl Lists {
         let plan = plan(self.place.edge, wants, capacity);
         let of_items = [&mut self.items, &mut self.item_lights, &mut self.item_parts, &mut self.direct_light];
         let others = [
+            &mut self.heads,
+            &mut self.last_heads,
             &mut self.item_samples,
             &mut self.item_lobes,
             &mut self.seen_lobes,
@@ -168,13 +171,20 @@ pub fn array<T>(count: u32) -> u64 {
     u64::from(count.max(1)) * size_of::<T>() as u64
 }
 
+/// Places of an index in which so many items take two thirds at most: a power of two. Below 128 MiB it then has room for as many items as
+/// their list.
+fn index_places(items: u32) -> u32 {
+    items.saturating_add(items / 2).checked_next_power_of_two().unwrap_or(1 << 31)
+}
+
 /// Bytes of everything that [`Lists::new`] makes.
 pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> {
     let items = |needed: bool| if needed { capacity.items } else { 1 };
     let lobes = |words: u32| u64::from(words.max(1)) * array::<[u32; 2]>(items(words > 0));
     let listed = |count: u32| if wants.lists { count } else { 1 };
     let edge_of = |wanted: bool| if wanted { edge } else { 1 };
-    let voxels = (1 + capacity.boxes) * edge.pow(3);
+    let index = if wants.indexed { index_places(capacity.items) } else { 0 };
+    let heads = ((1 + capacity.boxes) * edge.pow(3)).saturating_add(index);
     let last_cells = if wants.last_cells { capacity.cells } else { 1 };
     let parents = cells::parents_bytes(edge_of(wants.cells)) + cells::parents_bytes(edge_of(wants.last_cells));
     let last_items = items(wants.carried_light);
@@ -194,8 +204,8 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
         ("last list items", array::<layout::ListItem>(last_items)),
         ("last item parts", array::<layout::ItemPart>(last_items)),
         ("last seen lights", array::<layout::ItemLight>(last_items)),
-        ("last voxels", array::<u32>(if wants.carried_light { voxels } else { 1 })),
-        ("voxels", array::<u32>(listed(voxels))),
+        ("last voxels", array::<u32>(if wants.carried_light { heads } else { 1 })),
+        ("voxels", array::<u32>(listed(heads))),
         ("voxel cells", array::<u32>(listed(capacity.cells))),
         ("last voxel cells", array::<u32>(last_cells)),
         ("listed parents", cells::listed_bytes(edge_of(wants.cells))),

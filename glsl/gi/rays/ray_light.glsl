@@ -3,6 +3,7 @@
 #include "ground/ray.glsl"
 #include "common/alike.glsl"
 #include "ground/boxes.glsl"
+#include "ground/item_index.glsl"
 #include "ground/on_plane.glsl"
 #include "gi/rays/constants.glsl"
 #include "gi/rays/sees.glsl"
@@ -33,6 +34,24 @@ void ask_for(uint item) {
 }
 #endif
 
+// 1-based: the item of a recorded triangle in a voxel; 0 if there is none.
+uint item_in(uint triangle, uint voxel) {
+    uint found = 0u;
+    uint place = index_place(triangle, voxel);
+    uint item = heads[INDEX_FIRST + place];
+    COUNT(HEADS, 1u);
+    for (uint k = 0u; k < index_places() && item != 0u; k++) {
+        ListItem entry = list_items[item - 1u];
+        COUNT(LIST_ITEMS, 1u);
+        COUNT(HEADS, 1u);
+        bool is_it = entry.triangle == triangle && entry.voxel == voxel;
+        found = is_it ? item : 0u;
+        place = index_after(place);
+        item = is_it ? 0u : heads[INDEX_FIRST + place];
+    }
+    return found;
+}
+
 // 1-based: the item that stands for a recorded triangle at a place on it; 0 if there is none.
 uint item_at(uint triangle, vec3 at) {
     uint found = 0u;
@@ -42,14 +61,7 @@ uint item_at(uint triangle, vec3 at) {
     for (uint k = 0u; k < 8u && found == 0u; k++) {
         vec3 p = at + aside * vec3((uvec3(k) >> uvec3(0u, 1u, 2u)) & 1u);
         Box box = box_at(p);
-        uint item = heads[voxel_in(box, ivec3(floor(in_box(box, p))))];
-        COUNT(HEADS, 1u);
-        for (uint i = 0u; i < globals.item_count && item != 0u; i++) {
-            ListItem entry = list_items[item - 1u];
-            COUNT(LIST_ITEMS, 1u);
-            found = entry.triangle == triangle ? item : 0u;
-            item = found == 0u ? entry.next : 0u;
-        }
+        found = item_in(triangle, voxel_in(box, ivec3(floor(in_box(box, p)))));
     }
     return found;
 }

@@ -58,6 +58,7 @@ impl Gi for Lighting {
             cells: true,
             nested: true,
             lit_items: true,
+            indexed: true,
             alike: true,
             split: true,
             demand: !all,

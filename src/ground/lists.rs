@@ -33,6 +33,8 @@ pub struct Lists {
     /// First item of every voxel's list, 1-based; behind them, where a method wants it, which item a triangle has in a voxel
     /// (`glsl/ground/item_index.glsl`).
     pub heads: Buffer,
+    /// Voxels of the grid and of its boxes, as many as there are heads.
+    pub voxels: u32,
     /// Cells that are occupied in this frame.
     pub cells: CellLists,
     /// Cells that were occupied in the frame before.
@@ -79,6 +81,7 @@ impl Lists {
             globals: buffer("globals")?,
             items: buffer("list items")?,
             heads: buffer("voxels")?,
+            voxels: voxels(place.edge, capacity),
             cells: CellLists::new(context, buffer("voxel cells")?, edge_of(wants.cells))?,
             last_cells: CellLists::new(context, buffer("last voxel cells")?, edge_of(wants.last_cells))?,
             listed: buffer("listed parents")?,
@@ -177,6 +180,11 @@ fn index_places(items: u32) -> u32 {
     items.saturating_add(items / 2).checked_next_power_of_two().unwrap_or(1 << 31)
 }
 
+/// Voxels of a grid and of its boxes.
+fn voxels(edge: u32, capacity: ListCapacity) -> u32 {
+    (1 + capacity.boxes) * edge.pow(3)
+}
+
 /// Bytes of everything that [`Lists::new`] makes.
 pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> {
     let items = |needed: bool| if needed { capacity.items } else { 1 };
@@ -184,7 +192,7 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
     let listed = |count: u32| if wants.lists { count } else { 1 };
     let edge_of = |wanted: bool| if wanted { edge } else { 1 };
     let index = if wants.indexed { index_places(capacity.items) } else { 0 };
-    let heads = ((1 + capacity.boxes) * edge.pow(3)).saturating_add(index);
+    let heads = voxels(edge, capacity).saturating_add(index);
     let last_cells = if wants.last_cells { capacity.cells } else { 1 };
     let parents = cells::parents_bytes(edge_of(wants.cells)) + cells::parents_bytes(edge_of(wants.last_cells));
     let last_items = items(wants.carried_light);

@@ -120,7 +120,7 @@ pub fn listed_pairs_of(context: &Arc<Context>, renderer: &Renderer, grid: usize)
     let cells: Vec<u32> = download(context, &resources.cells.cells).expect("cells");
     assert_eq!((globals.triangle_overflow, globals.item_overflow, globals.cell_overflow), (0, 0, 0));
     let mut pairs = Vec::new();
-    for (voxel, head) in heads.iter().enumerate() {
+    for (voxel, head) in heads.iter().take(resources.voxels as usize).enumerate() {
         let mut item = *head;
         while item != 0 {
             let ListItem { triangle, next, voxel: of } = items[item as usize - 1];

@@ -71,6 +71,39 @@ fn an_item_is_alone_where_it_is_lit_for_all_of_its_voxel() {
     assert!(alone.len() > 500 && others.len() > 100, "{} alone, {} with others", alone.len(), others.len());
 }
 
+/// The first place of an item among the places of the index, as in `glsl/ground/item_index.glsl`.
+fn index_place(item: &ListItem, places: usize) -> usize {
+    let hash = item.triangle.wrapping_mul(0x9e37_79b1) ^ item.voxel.wrapping_mul(0xb504_f333);
+    let hash = (hash ^ (hash >> 15)).wrapping_mul(0x85eb_ca77);
+    (hash ^ (hash >> 13)) as usize & (places - 1)
+}
+
+#[test]
+fn the_index_has_every_item_once_where_a_look_up_finds_it() {
+    let scene = lantern(2, DQuat::from_euler(glam::EulerRot::XYZ, 0.5, 0.7, 0.2));
+    let mut studio = Studio::new(&scene, &Settings { voxels: EDGE, ..Settings::fast() });
+    studio.image(&scene.pose(None, 0.0));
+    let held = held(&studio);
+    let lists = studio.renderer.ground().base();
+    let heads: Vec<u32> = download(&studio.context, &lists.heads).expect("heads");
+    let index = &heads[lists.voxels as usize..];
+    assert!(index.len().is_power_of_two() && index.len() * 2 >= 3 * held.items.len(), "{} places", index.len());
+    let is_twin = |item: usize| held.parts[item].twin as usize == item + 1;
+    let listed: Vec<u32> = (0..held.items.len()).filter(|item| !is_twin(*item)).map(|item| item as u32 + 1).collect();
+    let mut entered: Vec<u32> = index.iter().copied().filter(|item| *item != 0).collect();
+    entered.sort_unstable();
+    assert_eq!(entered, listed);
+    let mut moved_on = 0;
+    for &item in &listed {
+        let first = index_place(&held.items[item as usize - 1], index.len());
+        let way = (0..).map(|k| index[(first + k) % index.len()]).take_while(|found| *found != 0);
+        let before = way.take_while(|found| *found != item).count();
+        assert_eq!(index[(first + before) % index.len()], item);
+        moved_on += usize::from(before > 0);
+    }
+    assert!(moved_on > 20, "{moved_on} items stand at another place than their first");
+}
+
 #[test]
 fn what_another_surface_cuts_is_lit_as_two_as_the_twin_says() {
     for turned in [DQuat::IDENTITY, DQuat::from_rotation_y(0.3), DQuat::from_euler(glam::EulerRot::XYZ, 0.5, 0.7, 0.2)]

@@ -101,7 +101,7 @@ fn the_index_has_every_item_once_where_a_look_up_finds_it() {
         assert_eq!(index[(first + before) % index.len()], item);
         moved_on += usize::from(before > 0);
     }
-    assert!(moved_on > 20, "{moved_on} items stand at another place than their first");
+    assert!(moved_on > 5, "{moved_on} items stand at another place than their first");
 }
 
 #[test]

@@ -38,14 +38,6 @@ bool shares(uint material) {
     return (materials[material].flags & (MATERIAL_MASK | MATERIAL_BLEND)) == 0u;
 }
 
-// Enters an item, 1-based, into the index.
-void enter(uint item, uint triangle, uint voxel) {
-    uint place = index_place(triangle, voxel);
-    for (uint k = 0u; k < index_places() && atomicCompSwap(heads[INDEX_FIRST + place], 0u, item) != 0u; k++) {
-        place = index_after(place);
-    }
-}
-
 void choose(uint first, uint voxel) {
     for (uint cell = 0u; cell < FACING_CELLS; cell++) {
         chosen[cell] = 0u;
@@ -55,7 +47,7 @@ void choose(uint first, uint voxel) {
         COUNT(CORNERS, 3u);
         COUNT(WORDS, 2u); // its material and source
         uint triangle = list_items[item - 1u].triangle;
-        enter(item, triangle, voxel);
+        enter_item(item, triangle, voxel);
         vec3 a = triangles[triangle].corners[0];
         vec3 b = triangles[triangle].corners[1];
         vec3 c = triangles[triangle].corners[2];

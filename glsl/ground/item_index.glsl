@@ -7,7 +7,7 @@
 
 const uint INDEX_FIRST = (1u + BOXES) * EDGE * EDGE * EDGE; // among the heads; items, 1-based; 0: free
 
-// How many there are, a power of two; 0 where a method makes none.
+// Places of the table, a power of two; 0 where a method makes none.
 uint index_places() {
     return uint(heads.length()) - INDEX_FIRST;
 }
@@ -22,4 +22,35 @@ uint index_place(uint triangle, uint voxel) {
 
 uint index_after(uint place) {
     return place + 1u & index_places() - 1u;
+}
+
+#ifdef WRITES_HEADS
+// Enters an item, 1-based.
+void enter_item(uint item, uint triangle, uint voxel) {
+    uint place = index_place(triangle, voxel);
+    bool entered = false;
+    for (uint k = 0u; k < index_places() && !entered; k++) {
+        entered = atomicCompSwap(heads[INDEX_FIRST + place], 0u, item) == 0u;
+        COUNT(HEADS, 1u);
+        place = index_after(place);
+    }
+}
+#endif
+
+// 1-based: the item of a recorded triangle in a voxel; 0 if there is none.
+uint item_in(uint triangle, uint voxel) {
+    uint found = 0u;
+    uint place = index_place(triangle, voxel);
+    uint item = heads[INDEX_FIRST + place];
+    COUNT(HEADS, 1u);
+    for (uint k = 0u; k < index_places() && item != 0u; k++) {
+        ListItem entry = list_items[item - 1u];
+        bool is_it = entry.triangle == triangle && entry.voxel == voxel;
+        COUNT(LIST_ITEMS, 1u);
+        COUNT(HEADS, is_it ? 0u : 1u);
+        found = is_it ? item : 0u;
+        place = index_after(place);
+        item = is_it ? 0u : heads[INDEX_FIRST + place];
+    }
+    return found;
 }

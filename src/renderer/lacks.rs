@@ -1,4 +1,4 @@
-//! What settings need of a device beside what every frame needs, and what of all that a device lacks.
+//! Needs of settings beyond those of every frame, and which of all needs a device does not meet.
 
 use std::sync::LazyLock;
 
@@ -53,7 +53,7 @@ fn is_of_frames(name: &str) -> bool {
     !name.starts_with("test/") && !name.starts_with("profile/") && !name.contains("/measured/")
 }
 
-/// What the shaders of a method take, and those that it shares with others.
+/// The most that a stage takes among the shaders of a method and those that it shares with others.
 pub fn stage_needs(method: Method) -> StageNeeds {
     static OF_SHADERS: LazyLock<Vec<(Option<Method>, StageNeeds)>> = LazyLock::new(|| {
         let names = shader::names().filter(|name| is_of_frames(name));
@@ -63,7 +63,7 @@ pub fn stage_needs(method: Method) -> StageNeeds {
     own.fold(StageNeeds::default(), |most, (_, needs)| most.max(*needs))
 }
 
-/// What a device lacks for frames with these settings: names of the Vulkan specification, with the least value where there is one.
+/// The needs of frames with these settings that a device does not meet: names of the Vulkan specification, with the least value where there is one.
 pub fn lacks(device: &DeviceReport, settings: &Settings) -> Vec<String> {
     let asked = settings.grid.conservative.needs();
     let own = device.wishes.iter().filter(|need| asked.contains(&need.name.as_str()));

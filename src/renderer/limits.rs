@@ -57,7 +57,7 @@ pub fn fits(device: &DeviceReport, desc: &FrameDesc, pose: &Pose) -> Result<()> 
     check.check_first(desc, &trees, &packed.plan())
 }
 
-/// What a device binds at once.
+/// The limit of `bytes` for buffers, which the device of that name binds at once.
 fn largest(name: &str, bytes: u32) -> Limit {
     Limit { bytes: bytes.into(), words: format!("the largest buffer that {name} binds") }
 }

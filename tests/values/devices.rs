@@ -94,7 +94,7 @@ fn a_limit_that_is_one_too_low_is_named() {
     }
 }
 
-/// What every device offers is enough for all else that shaders bind: the specification's table of required limits.
+/// Every device offers enough of all else that shaders bind: the specification's table of required limits.
 #[test]
 fn other_limits_are_those_of_every_device() {
     for name in shader::names().filter(|name| !name.starts_with("test/")) {

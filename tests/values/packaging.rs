@@ -1,4 +1,4 @@
-//! What is handed on: the package of crates.io builds from its own files, and the Debian package has its parts and depends on what is opened.
+//! Packages: that of crates.io builds from its own files, and the Debian package has its parts and depends on what is opened.
 
 use std::collections::BTreeSet;
 use std::fs;

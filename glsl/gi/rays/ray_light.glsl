@@ -34,24 +34,6 @@ void ask_for(uint item) {
 }
 #endif
 
-// 1-based: the item of a recorded triangle in a voxel; 0 if there is none.
-uint item_in(uint triangle, uint voxel) {
-    uint found = 0u;
-    uint place = index_place(triangle, voxel);
-    uint item = heads[INDEX_FIRST + place];
-    COUNT(HEADS, 1u);
-    for (uint k = 0u; k < index_places() && item != 0u; k++) {
-        ListItem entry = list_items[item - 1u];
-        COUNT(LIST_ITEMS, 1u);
-        COUNT(HEADS, 1u);
-        bool is_it = entry.triangle == triangle && entry.voxel == voxel;
-        found = is_it ? item : 0u;
-        place = index_after(place);
-        item = is_it ? 0u : heads[INDEX_FIRST + place];
-    }
-    return found;
-}
-
 // 1-based: the item that stands for a recorded triangle at a place on it; 0 if there is none.
 uint item_at(uint triangle, vec3 at) {
     uint found = 0u;

@@ -8,7 +8,7 @@ use ash::vk;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// What documents say of a device. Limits that they leave out are as low as Vulkan allows.
+/// A device as documents describe it. Limits that they leave out are as low as Vulkan allows.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Described {
@@ -32,7 +32,7 @@ pub struct Described {
 }
 
 impl Described {
-    /// What `twobounce info` would say of it.
+    /// The report that `twobounce info` would print.
     ///
     /// # Errors
     /// A sentence about a feature or a limit that is never asked for, or is spelled wrongly.

@@ -162,7 +162,7 @@ impl Capabilities {
         ]
     }
 
-    /// What is known without asking the device again.
+    /// The part of the report that asks the device nothing more.
     pub(in crate::vk) fn report(&self) -> DeviceReport {
         let heaps = self.memory.memory_heaps_as_slice().iter();
         DeviceReport {

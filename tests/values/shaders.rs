@@ -12,7 +12,7 @@ use twobounce::ground::constants::{
 };
 use twobounce::renderer::method_of;
 use twobounce::settings::{PRESETS, Settings};
-use twobounce::vk::{Constant, shader};
+use twobounce::vk::{BindingKind, Constant, shader};
 
 /// All constants that the method's header declares.
 fn of_method(settings: &Settings) -> Vec<Constant> {
@@ -143,6 +143,19 @@ fn presets_make_valid_modules() {
             });
         }
     });
+}
+
+/// A driver that loses descriptors in loops gets modules that load a word of each storage buffer first.
+#[test]
+fn modules_that_load_early_are_valid() {
+    for name in shader::names() {
+        let words = shader::specialized(name, &[]);
+        let early = shader::loading_early(&words);
+        let reads = shader::reflected(name).1.iter().any(|binding| binding.kind == BindingKind::Storage);
+        // This one only writes its buffer.
+        assert_eq!(early != words, reads && name != "test/sample.comp", "{name}");
+        assert_eq!(objection(&early), None, "{name}");
+    }
 }
 
 /// The validator finds an error that a wrong cut could leave.

@@ -52,6 +52,8 @@ pub struct Context {
     pub(in crate::vk) counting: bool,
     /// Where pipelines are described: see [`Context::describing`].
     pub(in crate::vk) executable_properties: Option<ash::khr::pipeline_executable_properties::Device>,
+    /// The driver loses descriptors in loops: see `src/vk/pipeline/early.rs`.
+    pub(in crate::vk) loses_descriptors: bool,
     #[cfg_attr(not(internals), doc(hidden))]
     pub limits: vk::PhysicalDeviceLimits,
     /// `VK_EXT_conservative_rasterization` is enabled: [`RasterDesc::conservative`](crate::vk::RasterDesc) can be asked for.
@@ -171,6 +173,7 @@ impl Context {
             executable_properties: (telling == Telling::Executables)
                 .then(|| ash::khr::pipeline_executable_properties::Device::new(&instance, &device)),
             is_cpu: DeviceKind::of(capabilities.properties.device_type) == DeviceKind::Cpu,
+            loses_descriptors: capabilities.loses_descriptors,
             limits: capabilities.properties.limits,
             conservative_rasterization: enabled(ash::ext::conservative_rasterization::NAME),
             geometry_shader: host.features.geometry_shader,

@@ -55,6 +55,7 @@ impl Described {
         let capabilities = Capabilities {
             properties: vk::PhysicalDeviceProperties { api_version: version, limits, ..Default::default() },
             driver: self.driver.clone(),
+            loses_descriptors: false,
             // As many as the extension promises.
             max_push_descriptors: 32,
             max_allocation_bytes: 1 << 30,

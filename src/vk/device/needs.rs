@@ -19,6 +19,8 @@ pub struct Need {
 pub(in crate::vk) struct Capabilities {
     pub(in crate::vk) properties: vk::PhysicalDeviceProperties,
     pub(in crate::vk) driver: String,
+    /// The driver loses descriptors in loops: see `src/vk/pipeline/early.rs`.
+    pub(in crate::vk) loses_descriptors: bool,
     pub(in crate::vk) max_push_descriptors: u32,
     pub(in crate::vk) max_allocation_bytes: u64,
     /// Samples of images that hold whole numbers, are drawn into and then read.
@@ -53,6 +55,7 @@ impl Capabilities {
         let mut this = Self {
             properties,
             driver: String::from("unknown"),
+            loses_descriptors: false,
             max_push_descriptors: 0,
             max_allocation_bytes: u64::MAX,
             integer_samples: vk::SampleCountFlags::empty(),
@@ -115,6 +118,8 @@ impl Capabilities {
         self.integer_samples = images.map(|images| images.sample_counts).unwrap_or_default();
         let text = |chars: Option<&CStr>| chars.map(|c| c.to_string_lossy().into_owned()).unwrap_or_default();
         let name = text(driver.driver_name_as_c_str().ok());
+        self.loses_descriptors = driver.driver_id == vk::DriverId::MESA_LLVMPIPE
+            && self.properties.driver_version >= vk::make_api_version(0, 25, 1, 0);
         self.driver = format!("{name} {}", text(driver.driver_info_as_c_str().ok())).trim().to_owned();
     }
 

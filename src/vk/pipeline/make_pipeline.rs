@@ -27,6 +27,8 @@ pub(in crate::vk) struct Making {
     constants: Vec<Constant>,
     /// Names and numbers.
     bindings: Vec<(String, u32)>,
+    /// Whether the driver loses descriptors in loops.
+    loads_early: bool,
     /// Of a raster pipeline.
     raster: Option<Arc<RasterState>>,
 }
@@ -82,13 +84,14 @@ impl Making {
             stages: raw.stages.iter().map(|info| (info.stage.flag(), shader::spirv(info.shader))).collect(),
             constants: constants.to_vec(),
             bindings: raw.bindings.iter().map(|binding| (binding.name.clone(), binding.binding)).collect(),
+            loads_early: context.loses_descriptors,
             raster: raw.raster.clone(),
         }
     }
 
     /// Compiles it: this is what takes long.
     pub(in crate::vk) fn make(&self) -> Made {
-        let choices = Choices { constants: &self.constants, bindings: &self.bindings };
+        let choices = Choices { constants: &self.constants, bindings: &self.bindings, loads_early: self.loads_early };
         let module = |(flag, words): &(vk::ShaderStageFlags, &[u32])| {
             let words = specialize(words, &choices);
             let info = vk::ShaderModuleCreateInfo::default().code(&words);

@@ -5,6 +5,7 @@ pub(in crate::vk) mod bind;
 pub(in crate::vk) mod compile;
 pub(in crate::vk) mod constants;
 pub(in crate::vk) mod desc;
+mod early;
 pub(in crate::vk) mod make_pipeline;
 mod operations;
 pub(in crate::vk) mod raw_pipeline;

@@ -41,7 +41,12 @@ pub fn constants(name: &str) -> Vec<(String, Value)> {
 
 /// The words of the shader called `name` as a pipeline takes it that is given these constants.
 pub fn specialized(name: &str, constants: &[Constant]) -> Vec<u32> {
-    specialize(spirv(name), &Choices { constants, bindings: &[] })
+    specialize(spirv(name), &Choices { constants, ..Choices::default() })
+}
+
+/// The module `words` as it is given to a driver that loses descriptors in loops: see `src/vk/pipeline/early.rs`.
+pub fn loading_early(words: &[u32]) -> Vec<u32> {
+    specialize(words, &Choices { loads_early: true, ..Choices::default() })
 }
 
 /// The stage of the shader called `name`, and what it binds where it counts nothing.

@@ -3,6 +3,7 @@
 //! afterwards that nothing gets there: on llvmpipe that is more than half of the time that a pipeline takes.
 
 use super::constants::Constant;
+use super::early::load_early;
 use super::operations::{Known, value_of};
 use super::used::keep_used;
 use rspirv::binary::Assemble;
@@ -17,6 +18,8 @@ pub(in crate::vk) struct Choices<'a> {
     pub(in crate::vk) constants: &'a [Constant],
     /// Names, as the build wrote them, and numbers; a binding that is not given keeps its number.
     pub(in crate::vk) bindings: &'a [(String, u32)],
+    /// Whether the driver loses descriptors in loops: see [`load_early`].
+    pub(in crate::vk) loads_early: bool,
 }
 
 /// The module `words`, valid SPIR-V from the build, as a pipeline takes it.
@@ -36,6 +39,9 @@ pub(in crate::vk) fn specialize(words: &[u32], choices: &Choices) -> Vec<u32> {
         walk.cut(function);
     }
     keep_used(&mut module);
+    if choices.loads_early {
+        load_early(&mut module);
+    }
     module.assemble()
 }
 

@@ -10,7 +10,7 @@ TEST_SECONDS ?= 3000
 DEMO_SECONDS ?= 300
 WEB_SECONDS ?= 900
 
-.PHONY: demo test format test-more test-web test-cluster test-mesa25 test-narrow audit faults corpus assets deb docs clean
+.PHONY: demo test format test-more test-web test-cluster test-mesa25 test-mesa-new test-narrow audit faults corpus assets deb docs clean
 
 demo:  ## build, render the gallery: print what each pass took, then refine the picture for two minutes at most
 	scripts/setup.sh demo
@@ -46,12 +46,12 @@ format:  ## Rust and GLSL
 	cargo fmt
 	scripts/format-glsl.py
 
-test-more:  ## every case of every test, also of those that build programs of their own, ten minutes of fuzzing, audit, Mesa 25, planted faults: hours
+test-more:  ## every case of every test, also of those that build programs of their own, ten minutes of fuzzing, audit, Mesa 25, ray queries, planted faults: hours
 	scripts/setup.sh test
 	scripts/format-glsl.py --check
 	TWOBOUNCE_TEST_MORE=1 cargo test --release --locked --features hot-reload -- --include-ignored
 	TWOBOUNCE_FUZZ_SECONDS=600 cargo test --release --locked --test fuzz damaged -- --nocapture
-	$(MAKE) audit test-mesa25 faults
+	$(MAKE) audit test-mesa25 test-mesa-new faults
 
 test-mesa25:  ## the same tests on Mesa 25.0.7 (Debian 12, unpacked beside), and both drivers' images compared
 	scripts/setup.sh test
@@ -59,6 +59,13 @@ test-mesa25:  ## the same tests on Mesa 25.0.7 (Debian 12, unpacked beside), and
 	scripts/guard.sh $(TEST_SECONDS) scripts/mesa25.sh cargo test --release --locked
 	cargo build --release --locked
 	scripts/compare-drivers.sh
+
+# Its driver for AMD's cards no longer compiles without one.
+test-mesa-new:  ## the device's tests on Mesa 26 (Debian 13's backports, unpacked beside), whose software driver has ray queries
+	scripts/setup.sh test
+	cargo test --release --locked --features hot-reload --no-run --test device
+	TWOBOUNCE_TEST_QUERIES=1 scripts/guard.sh $(TEST_SECONDS) scripts/mesa-new.sh \
+	  cargo test --release --locked --features hot-reload --test device -- --skip without_a_card
 
 # Mesa's cache does not tell widths of vectors apart (src/cli/driver_cache.rs): these tests have one of their own.
 test-narrow:  ## the device's tests with vectors of 128 bits, as a CPU without AVX has, over a heap that glibc checks

@@ -37,6 +37,7 @@ use crate::ground::Counts;
 use crate::ground::image::given::{self, GivenPass, GivenSurfaces};
 use crate::ground::image::target;
 use crate::ground::memory_plan::MemoryRow;
+use crate::ground::tree::queries::QueryPlan;
 use crate::renderer::MemoryCheck;
 use crate::scene::{Bounds, Pose, Scene};
 use crate::settings::Settings;
@@ -47,7 +48,7 @@ pub use crate::frame::{Counters, Seen};
 pub use crate::layers::{Aov, Layers};
 pub use crate::vk::{
     Context, FeatureStructs, Features, HostDevice, HostImage, ImageUse, ZoneKind, ZoneTiming, ZoneTimings, missing,
-    required_extensions, required_features,
+    ray_query_extensions, required_extensions, required_features,
 };
 
 /// Inputs for which frames are prepared.
@@ -144,7 +145,7 @@ impl Prepared {
         scene.check()?;
         pose.check(scene)?;
         let slots = prepare.slots.max(1);
-        let desc = desc(scene, settings, prepare)?;
+        let desc = desc(context, scene, settings, prepare)?;
         let memory = MemoryCheck::new(context, prepare.memory_limit);
         let (packed, _) = memory.pack(context, &desc, pose, &given_plan(prepare))?;
         let frame = Frame::new(context, &desc, &Arc::new(packed.upload(context)?))?;
@@ -358,7 +359,7 @@ impl Prepared {
     pub unsafe fn change(&mut self, scene: &Scene, settings: &Settings, prepare: &Prepare) -> Result<()> {
         scene.check()?;
         let prepare = Prepare { slots: self.slots.len(), timestamps: self.prepare.timestamps, ..prepare.clone() };
-        let desc = desc(scene, settings, &prepare)?;
+        let desc = desc(&self.context, scene, settings, &prepare)?;
         self.memory.check_first(&desc, &self.frame.ground.scene.trees, &given_plan(&prepare))?;
         self.frame.change(&self.context, &desc)?;
         // SAFETY: the caller's.
@@ -384,10 +385,10 @@ impl Prepared {
     }
 }
 
-fn desc<'a>(scene: &'a Scene, settings: &'a Settings, prepare: &Prepare) -> Result<FrameDesc<'a>> {
+fn desc<'a>(context: &Context, scene: &'a Scene, settings: &'a Settings, prepare: &Prepare) -> Result<FrameDesc<'a>> {
     let Prepare { size, bounds, slots, .. } = *prepare;
-    let outputs = target::outputs(&prepare.layers);
-    let desc = FrameDesc { scene, settings, size, outputs, bounds, slots: slots.max(1), waits: false };
+    let (outputs, query) = (target::outputs(&prepare.layers), QueryPlan::of(context, scene, settings)?);
+    let desc = FrameDesc { scene, settings, size, outputs, bounds, slots: slots.max(1), query, waits: false };
     desc.check()?;
     Ok(desc)
 }

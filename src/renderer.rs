@@ -13,6 +13,7 @@ use crate::ground::attributes::CornerWords;
 use crate::ground::constants::Features;
 use crate::ground::image::target::{self, Readback};
 use crate::ground::memory_plan::{MemoryPlan, MemoryRow};
+use crate::ground::tree::queries::QueryPlan;
 use crate::layers::PassMean;
 use crate::scene::{Bounds, Pose, Scene, View};
 use crate::settings::Settings;
@@ -133,7 +134,7 @@ impl Renderer {
     ) -> Result<Self> {
         scene.check()?;
         pose.check(&scene)?;
-        let desc = desc(&scene, &settings, &options)?;
+        let desc = desc(context, &scene, &settings, &options)?;
         let memory = MemoryCheck::new(context, options.memory_limit);
         let readback = target::readback_plan(desc.size, desc.outputs);
         let (packed, fixed_plan) = memory.pack(context, &desc, pose, &[readback])?;
@@ -157,7 +158,7 @@ impl Renderer {
     /// As for [`Renderer::new`]; the renderer then is as before.
     pub fn change_layers(&mut self, settings: Settings, size: (u32, u32), aovs: Vec<Aov>) -> Result<()> {
         let options = RenderOptions { size, aovs, ..self.options.clone() };
-        let desc = desc(&self.scene, &settings, &options)?;
+        let desc = desc(&self.context, &self.scene, &settings, &options)?;
         let mut fixed_plan = self.fixed_plan.clone();
         fixed_plan.pop();
         fixed_plan.push(target::readback_plan(size, desc.outputs));
@@ -208,7 +209,7 @@ impl Renderer {
         recorder.finish()?;
         self.scene = scene;
         self.frame.scene_changed(&self.scene);
-        self.frame.change(&self.context, &desc(&self.scene, &self.settings, &self.options)?)
+        self.frame.change(&self.context, &desc(&self.context, &self.scene, &self.settings, &self.options)?)
     }
 
     /// The next frame remakes lists and light though nothing changed: what a frame costs in which something moves.
@@ -366,10 +367,15 @@ fn pace(context: &Context, options: &RenderOptions) -> Arc<Mutex<Pace>> {
 }
 
 /// One frame in flight.
-fn desc<'a>(scene: &'a Scene, settings: &'a Settings, options: &RenderOptions) -> Result<FrameDesc<'a>> {
-    let outputs = target::outputs(&options.aovs);
-    let desc =
-        FrameDesc { scene, settings, size: options.size, outputs, bounds: options.bounds, slots: 1, waits: true };
+fn desc<'a>(
+    context: &Context,
+    scene: &'a Scene,
+    settings: &'a Settings,
+    options: &RenderOptions,
+) -> Result<FrameDesc<'a>> {
+    let (outputs, query) = (target::outputs(&options.aovs), QueryPlan::of(context, scene, settings)?);
+    let RenderOptions { size, bounds, .. } = *options;
+    let desc = FrameDesc { scene, settings, size, outputs, bounds, slots: 1, query, waits: true };
     desc.check()?;
     Ok(desc)
 }

@@ -94,7 +94,7 @@ fn memory(device: &DeviceReport, scene: &Scene) -> String {
     let pose = scene.pose(None, 0.0);
     let fit = |settings: &Settings| {
         let bounds = scene.bounds(None);
-        let desc = FrameDesc { scene, settings, size: SIZE, outputs: 1, bounds, slots: 1, waits: true };
+        let desc = FrameDesc { scene, settings, size: SIZE, outputs: 1, bounds, slots: 1, waits: true, query: None };
         fits(device, &desc, &pose).is_ok()
     };
     let fitting = PRESETS.iter().filter(|preset| fit(&(preset.settings)()));

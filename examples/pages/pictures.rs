@@ -59,7 +59,8 @@ pub fn rendered(size: u32) -> Result<(Vec<Named>, f32)> {
     let [(_, settings), corrected @ ..] = presets();
     let one = Settings { bounces: Bounces::One, ..settings.clone() };
     let (bounds, side, size, outputs) = (scene.bounds(None), size, (size, size), target::outputs(AOVS));
-    let desc = |settings| FrameDesc { scene: &scene, settings, size, outputs, bounds, slots: 1, waits: false };
+    let desc =
+        |settings| FrameDesc { scene: &scene, settings, size, outputs, bounds, slots: 1, query: None, waits: false };
     let on_gpu = Arc::new(ScenePacked::new(&scene, &pose).upload(&context)?);
     let mut frame = Frame::new(&context, &desc(&settings), &on_gpu)?;
 

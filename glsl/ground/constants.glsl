@@ -58,6 +58,7 @@ const uint FEATURE_FINISH = FEATURE_LAYERS | FEATURE_ANISOTROPY | FEATURE_IRIDES
 const uint FEATURE_FINISH_TEXTURES = 1u << 26; // one of them has a texture
 const uint FEATURE_TANGENTS = 1u << 27; // one of them reads tangents
 const uint FEATURE_MIRRORS = 1u << 28; // some material may be a smooth metal
+const uint FEATURE_QUERY = 1u << 29; // rays are the device's own queries
 
 // Macros: a branch on them is a branch on a constant, which is cut before the driver copies functions into one another.
 #define feature(bit) ((FEATURES & (bit)) != 0u)

@@ -51,7 +51,7 @@ void main() {
         found.source = met.any ? met.triangle.source + 1u : 0u;
         found.uv = hit.uv;
         found.distance = met.distance;
-        found.sides = (met.back ? 1u : 0u) | (met.dark ? 2u : 0u);
+        found.sides = met.any ? (met.back ? 1u : 0u) | (met.dark ? 2u : 0u) : 0u;
         found.passed = transmittance(met);
     }
     outputs[index] = found;

@@ -50,7 +50,7 @@ fn device_text(index: usize, device: &DeviceReport) -> String {
         let asks = match Conservative::ALL.iter().find(|choice| choice.needs().contains(&need.name.as_str())) {
             Some(choice) if presets.is_empty() => format!(", for grid.conservative = {choice}"),
             Some(choice) => format!(", for grid.conservative = {choice}, as in the presets {presets}"),
-            None => String::new(),
+            None => ", for rays.tracer = query".to_owned(),
         };
         tell(need, &asks);
     }

@@ -10,6 +10,7 @@ use crate::ground::lamps::Lamps;
 use crate::ground::lists::ListCapacity;
 use crate::ground::memory_plan::MemoryRow;
 use crate::ground::tree::groups::{TreeSize, TreesOnce};
+use crate::ground::tree::queries::QueryPlan;
 use crate::ground::{self, Counts, GroundDesc};
 use crate::scene::{Bounds, Scene};
 use crate::settings::{GatherResolution, ImageSettings, LampLight, Settings, Shadows};
@@ -28,6 +29,8 @@ pub struct FrameDesc<'a> {
     pub bounds: Bounds,
     /// Frames that may be in flight at once.
     pub slots: usize,
+    /// The acceleration structure that rays go through, where they are the device's own queries.
+    pub query: Option<QueryPlan>,
     /// Whether passes are made until the first light is whole, as [`super::LightRules::waits`] says.
     pub waits: bool,
 }
@@ -57,7 +60,7 @@ pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce) -> impl Fn(u32) -> Vec<Me
 
 /// Makes the trees if `desc` asks for any: they are too large for memory where [`first_plan`] is.
 pub fn make_trees(desc: &FrameDesc, trees: &TreesOnce) {
-    if wants(desc.settings, Features::of_scene(desc.scene)).rays {
+    if wants(desc.settings, Features::of_scene(desc.scene)).rays && desc.query.is_none() {
         trees.of(desc.scene);
     }
 }
@@ -74,7 +77,8 @@ fn shape_of(desc: &FrameDesc, features: Features) -> ImageShape {
 /// `features`: of the scene.
 fn first_counts(desc: &FrameDesc, features: Features, lamps: &Lamps, trees: &TreesOnce) -> Counts {
     let wants = wants(desc.settings, features);
-    let tree = if wants.rays { trees.size(desc.scene) } else { TreeSize::default() };
+    let query = desc.query.filter(|_| wants.rays);
+    let tree = if wants.rays && query.is_none() { trees.size(desc.scene) } else { TreeSize::default() };
     // A grid that cannot be placed is refused where it is made.
     let grid = Grid::place(desc.bounds, desc.settings).ok();
     let items = grid.map_or(0.0, |grid| expected_items(desc.scene, &trees.world_from_instance, &grid));
@@ -85,12 +89,12 @@ fn first_counts(desc: &FrameDesc, features: Features, lamps: &Lamps, trees: &Tre
     let (width, height) = desc.size;
     let samples = width.saturating_mul(height).saturating_mul(desc.settings.image.samples);
     let lamps = lamps.count(desc.settings.lights.lamp_points);
-    Counts { expected_items: items as u32, ..Counts::of(desc.scene, lamps, tree, lists, samples) }
+    Counts { expected_items: items as u32, query, ..Counts::of(desc.scene, lamps, tree, lists, samples) }
 }
 
 pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Result<GroundDesc> {
     let (scene, settings) = (desc.scene, desc.settings);
-    let features = Features::of(scene, settings);
+    let features = features(desc);
     let wants = wants(settings, features);
     if settings.lights.shadows == Shadows::Method && !wants.shadows {
         return Err(Error::Usage(format!(
@@ -105,6 +109,12 @@ pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) ->
         sky_map: scene.sky_map.clone(),
         counts: first_counts(desc, features, lamps, trees),
     })
+}
+
+/// Shader features of a frame.
+fn features(desc: &FrameDesc) -> Features {
+    let of = Features::of(desc.scene, desc.settings);
+    of.and(Features::QUERY, desc.query.is_some() && wants(desc.settings, of).rays)
 }
 
 pub(super) fn lamps(scene: &Scene, settings: &Settings) -> Lamps {
@@ -141,7 +151,7 @@ pub(super) fn plan(settings: &Settings, features: Features, shape: &ImageShape, 
 /// The description from which the passes over the image are made.
 pub(super) fn image_pass_desc<'a>(desc: &FrameDesc<'a>, method: &dyn Gi, counts: &Counts) -> ImagePassDesc<'a> {
     let settings = desc.settings;
-    let features = Features::of(desc.scene, settings);
+    let features = features(desc);
     let links = shape(desc).gathers.is_some_and(|gathers| gathers.links);
     let of_image = with(constants(settings, features), &[("LINKED", links.into())]);
     ImagePassDesc {

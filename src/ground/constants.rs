@@ -49,6 +49,8 @@ impl Features {
     pub const TANGENTS: Self = Self(1 << 27);
     /// Some material may be a smooth metal.
     pub const MIRRORS: Self = Self(1 << 28);
+    /// Rays are the device's own queries.
+    pub const QUERY: Self = Self(1 << 29);
 
     /// Some material has a texture in slot `slot` of `layout::Material::slots`.
     pub const fn texture_slot(slot: usize) -> Self {
@@ -61,8 +63,12 @@ impl Features {
 
     /// Features needed by the settings and by the materials in use: features that are not needed cost nothing.
     pub fn of(scene: &Scene, settings: &Settings) -> Self {
-        let per_pixel = settings.image.direct == DirectLight::Pixels;
-        Self(Self::of_scene(scene).0 | if per_pixel { Self::DIRECT_PER_PIXEL.0 } else { 0 })
+        Self::of_scene(scene).and(Self::DIRECT_PER_PIXEL, settings.image.direct == DirectLight::Pixels)
+    }
+
+    #[must_use]
+    pub fn and(self, other: Self, when: bool) -> Self {
+        if when { Self(self.0 | other.0) } else { self }
     }
 
     /// Features that the scene needs, whatever the settings.

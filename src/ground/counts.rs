@@ -6,6 +6,7 @@ use super::image::MOST_AT_ONCE;
 use super::layout::Globals;
 use super::lists::ListCapacity;
 use super::tree::groups::TreeSize;
+use super::tree::queries::QueryPlan;
 use crate::scene::{Alpha, Scene};
 
 /// Blended surfaces over each other for which there is room at first: a frame that lacks it is made once more.
@@ -29,6 +30,8 @@ pub struct Counts {
     pub corner_words: u32,
     /// Of the boxes about them, where rays are traced.
     pub tree: TreeSize,
+    /// Where rays are the device's own queries.
+    pub query: Option<QueryPlan>,
     /// Room for samples that see blended triangles, where there are any, [`MOST_AT_ONCE`] where that is enough,
     pub blended_samples: u32,
     /// and how many parts rows are cut into that are shaded at once, so that it is.
@@ -58,6 +61,7 @@ impl Counts {
             triangle_capacity,
             corner_words: CornerWords::of(Features::of_scene(scene)).count as u32,
             tree,
+            query: None,
             blended_samples: seen_blended.min(MOST_AT_ONCE),
             blended_parts: seen_blended.div_ceil(MOST_AT_ONCE).clamp(1, BLENDED_LAYERS),
             lists,

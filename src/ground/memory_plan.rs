@@ -85,6 +85,8 @@ fn bound(name: &str) -> Option<(&'static str, &'static str)> {
         "materials" => ("materials", ""),
         "texture levels" => ("textures", ""),
         "lights" => ("lights", ""),
+        // No shader binds it.
+        _ if name.starts_with("acceleration") => return None,
         _ if of_items(name) => ("triangles for this grid", " or a smaller --set voxels"),
         _ if of_triangles(name) => ("triangles", ""),
         _ => return None,
@@ -98,7 +100,7 @@ fn of_items(name: &str) -> bool {
 
 /// Whether a row grows with the scene's triangles.
 fn of_triangles(name: &str) -> bool {
-    let parts = ["scene ", "deform ", "triangles", "lamp", "tree ", "slots", "record draws"];
+    let parts = ["scene ", "deform ", "triangles", "lamp", "tree ", "query ", "acceleration", "slots", "record draws"];
     of_items(name) || parts.iter().any(|part| name.contains(part))
 }
 

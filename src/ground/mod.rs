@@ -47,6 +47,7 @@ use memory_plan::{MemoryRow, bytes_of};
 use record::Record;
 use scene_on_gpu::SceneOnGpu;
 use tree::Tree;
+use tree::queries::QueryPlan;
 use voxelise::Voxelise;
 use wants::Wants;
 
@@ -152,7 +153,11 @@ impl Ground {
             lamp_nodes: buffer("lamp nodes")?,
             triangles: buffer("triangles")?,
             attributes: buffer("triangles' attributes")?,
-            tree: Tree::new(context, &base, wants.rays.then(|| scene.trees.of(of)))?,
+            tree: if features.has(Features::QUERY) {
+                Tree::queried(context, &base, of, &scene)?
+            } else {
+                Tree::new(context, &base, wants.rays.then(|| scene.trees.of(of)))?
+            },
             slots: buffer("slots")?,
             blended,
             record: Record::new(context, &base, wants.conservative, &scene)?,
@@ -344,7 +349,7 @@ fn shared_plan(wants: &Wants, counts: &Counts) -> Vec<MemoryRow> {
         ("blended triangles", array::<u32>(counts.blended)),
         record::plan(wants.conservative, counts.instances),
     ];
-    rows.extend(counts.tree.plan());
+    rows.extend(counts.query.as_ref().map_or_else(|| counts.tree.plan(), QueryPlan::plan));
     rows
 }
 

@@ -151,7 +151,7 @@ impl ScenePacked {
                 vertex_offset,
                 material: index,
                 first_source: triangles,
-                translucent: material.alpha != Alpha::Opaque || material.transmission > 0.0,
+                translucent: material.lets_rays_pass(),
             });
             if material.alpha == Alpha::Blend {
                 blended.extend(triangles..triangles + index_count / 3);

@@ -55,6 +55,11 @@ pub struct SurfaceParams {
 
 #[cfg_attr(not(internals), doc(hidden))]
 impl Material {
+    /// Whether a ray may pass through its triangles.
+    pub fn lets_rays_pass(&self) -> bool {
+        self.alpha != Alpha::Opaque || self.transmission > 0.0
+    }
+
     /// The material at `point`.
     #[inline]
     pub fn evaluate(&self, scene: &Scene, textures: &impl Sampling, point: &SurfacePoint) -> SurfaceParams {

@@ -64,6 +64,18 @@ choices! {
     /// At how many pixels diffuse light is gathered.
     GatherResolution { Full = "full", Half = "half", Quarter = "quarter" }
 
+    /// How exact rays find triangles.
+    #[derive(Default)]
+    Tracer {
+        #[default]
+        /// By queries where the device has them, else through the tree.
+        Auto = "auto",
+        /// Through a tree of boxes, by shaders: on every device.
+        Tree = "tree",
+        /// By `VK_KHR_ray_query`.
+        Query = "query",
+    }
+
     /// How lights are shadowed.
     Shadows {
         None = "none",

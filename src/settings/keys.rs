@@ -180,8 +180,8 @@ impl Key {
         Method::ALL.iter().copied().find(|method| method.name() == table)
     }
 
-    /// Whether the setting changes anything with this method.
+    /// Whether the setting changes anything with this method. Every method may have rays to lights.
     pub fn has_effect(&self, method: Method) -> bool {
-        self.method().is_none_or(|own| own == method)
+        self.method().is_none_or(|own| own == method) || self.name == "rays.tracer"
     }
 }

@@ -16,7 +16,7 @@ mod tables;
 
 pub use center::Center;
 pub(crate) use choices::choices;
-pub use choices::{Bounces, Conservative, DirectLight, GatherResolution, LampLight, Shadows};
+pub use choices::{Bounces, Conservative, DirectLight, GatherResolution, LampLight, Shadows, Tracer};
 #[cfg_attr(not(internals), doc(hidden))]
 pub use docs::markdown;
 #[cfg_attr(not(internals), doc(hidden))]

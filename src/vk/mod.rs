@@ -29,7 +29,7 @@ pub use device::context::{Context, ContextOptions};
 pub use device::described::Described;
 #[cfg_attr(not(internals), doc(hidden))]
 pub use device::executables::{Executable, Statistic, StatisticValue};
-pub use device::features::{FeatureStructs, Features, required_extensions, required_features};
+pub use device::features::{FeatureStructs, Features, ray_query_extensions, required_extensions, required_features};
 pub use device::host::{HostDevice, missing};
 pub use device::instance::{DeviceKind, DeviceReport, devices};
 pub use device::needs::Need;
@@ -56,3 +56,4 @@ pub use record::zone::{ZoneKind, ZoneTiming, ZoneTimings, process_cpu_ms};
 pub use resource::buffer::{Buffer, BufferAt, BufferKind};
 pub use resource::image::{Image, ImageDesc, ImageDim, ImageRegion, ImageView};
 pub use resource::sampler::Sampler;
+pub use resource::structure::{Corners, Structure, StructureDesc, StructureSize};

@@ -15,7 +15,7 @@ use twobounce::ground::volume::LightVolume;
 use twobounce::layers::Aov;
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{Scene, View};
-use twobounce::settings::Settings;
+use twobounce::settings::{Settings, Tracer};
 use twobounce::vk::{Context, ContextOptions, download, download_image};
 
 use glam::Vec4;
@@ -66,6 +66,13 @@ pub fn describing() -> Arc<Context> {
     take_planted_shaders();
     let options = ContextOptions { validation: true, ..Default::default() };
     Context::describing(&options).expect("a device that twobounce can use")
+}
+
+/// The ways in which rays of a context find triangles, the tree first. `TWOBOUNCE_TEST_QUERIES` says that there must be queries.
+pub fn tracers(context: &Context) -> &'static [Tracer] {
+    let asked = std::env::var_os("TWOBOUNCE_TEST_QUERIES").is_some();
+    assert!(context.has_ray_queries() || !asked, "{} has no ray queries", context.name);
+    if context.has_ray_queries() { &[Tracer::Tree, Tracer::Query] } else { &[Tracer::Tree] }
 }
 
 /// Settings with some changed, each `key=value`.

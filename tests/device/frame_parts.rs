@@ -78,6 +78,7 @@ fn a_host_keeps_two_frames_in_flight_in_its_own_command_buffers() {
             outputs: 1,
             bounds: scene.bounds(None),
             slots: 2,
+            query: None,
             waits: false,
         };
         let packed = Arc::new(ScenePacked::new(&scene, &pose).upload(&context).expect("an upload"));
@@ -126,7 +127,8 @@ fn growth_that_fails_halfway_leaves_a_frame_that_draws() {
     let (context, scene, settings) = (gpu::own_context(), room(), settings());
     let (pose, view) = (scene.pose(None, 0.0), from(DVec3::new(3.5, 2.0, 3.4)));
     let (size, bounds) = (SIZE, scene.bounds(None));
-    let desc = FrameDesc { scene: &scene, settings: &settings, size, outputs: 1, bounds, slots: 1, waits: false };
+    let desc =
+        FrameDesc { scene: &scene, settings: &settings, size, outputs: 1, bounds, slots: 1, query: None, waits: false };
     let packed = Arc::new(ScenePacked::new(&scene, &pose).upload(&context).expect("an upload"));
     let mut frame = Frame::new(&context, &desc, &packed).expect("it fits");
     let readback = Readback::new(&context, size, 1).expect("a readback");

@@ -61,6 +61,7 @@ mod robust;
 mod shadow_edges;
 mod sky;
 mod sky_map;
+mod tracers;
 mod vk_compute;
 mod vk_flight;
 mod vk_heap;

@@ -9,7 +9,7 @@ use gpu::twins::tree::Tree;
 use twobounce::scene::{
     Animation, Bounds, Channel, Instance, Interpolation, Material, Node, Property, Scene, Transform, View,
 };
-use twobounce::settings::{Bounces, Center, Method, Settings};
+use twobounce::settings::{Bounces, Center, Method, Settings, Tracer};
 
 const EDGE: u32 = 16;
 
@@ -17,6 +17,7 @@ fn settings() -> Settings {
     let mut settings = Settings { voxels: EDGE, bounces: Bounces::One, ..Settings::fast() };
     settings.grid.center = Center::Point([f64::from(EDGE) / 2.0; 3]);
     settings.grid.side = Some(f64::from(EDGE));
+    settings.of.rays.tracer = Tracer::Tree;
     settings
 }
 

@@ -10,14 +10,14 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::scenes::{Random, add, triangle};
-use bytemuck::Zeroable;
+use bytemuck::{Zeroable, bytes_of};
 use glam::{Affine2, DAffine3, DVec2, DVec3, Vec2, Vec3, Vec4};
 use oracle::{Facet, Found, Oracle, Ray, Tally};
 use rayon::prelude::*;
 use twobounce::ground::constants::{Features, constants};
 use twobounce::renderer::Renderer;
 use twobounce::scene::{Alpha, Image, Material, Mesh, Mip, Scene, Texture, TextureRef, Wrap};
-use twobounce::settings::{Bounces, Settings};
+use twobounce::settings::{Bounces, Settings, Tracer};
 use twobounce::vk::*;
 
 /// A point inside a facet, and the facet: the larger of two, so that needles are met more often than they are aimed at.
@@ -85,7 +85,7 @@ fn rays(facets: &[Facet], edge: u32, count: usize) -> Vec<Ray> {
 }
 
 fn trace(context: &Arc<Context>, renderer: &Renderer, settings: &Settings, shadow: bool, rays: &[Ray]) -> Vec<Found> {
-    let mut constants = constants(settings, Features::of(renderer.scene(), settings));
+    let mut constants = constants(settings, renderer.ground().desc.features);
     constants.push(("SHADOW", u32::from(shadow).into()));
     let desc = ComputeDesc { label: "rays", shader: "test/rays.comp", constants: &constants };
     let pipeline = Compute::new(context, &desc).expect("a pipeline");
@@ -105,10 +105,38 @@ fn trace(context: &Arc<Context>, renderer: &Renderer, settings: &Settings, shado
     found
 }
 
-/// Holds `count` rays over `scene` against brute force.
+/// The nearest triangles and the shadows that rays find.
+type Traced = [Vec<Found>; 2];
+
+/// Rays for which queries find something else than the tree: all but those that meet an edge, where the tree tests more triangles
+/// than a device proposes.
+const MOST_APART: f64 = 5e-4;
+
+/// Holds `count` rays over `scene` against brute force, by every tracer of the device. The tally is the tree's.
 fn compare(scene: &Scene, settings: &Settings, count: usize, undecided: f64) -> Tally {
+    let of = |tracer: &Tracer| {
+        let mut settings = settings.clone();
+        settings.of.rays.tracer = *tracer;
+        compare_by(scene, &settings, count, undecided)
+    };
+    let mut of_all: Vec<(Tally, Traced)> = gpu::tracers(&gpu::context()).iter().map(of).collect();
+    if let [(_, tree), (_, query)] = &of_all[..] {
+        let apart = [0, 1].map(|k| tree[k].iter().zip(&query[k]).filter(|(a, b)| bytes_of(*a) != bytes_of(*b)).count());
+        println!(
+            "{}: of {count} rays {} find other bits than by the tree, of shadow rays {}",
+            scene.name, apart[0], apart[1]
+        );
+        let most = (MOST_APART * count as f64) as usize;
+        assert!(apart.iter().all(|&rays| rays <= most), "{}: {apart:?} of {count} rays are apart", scene.name);
+    }
+    of_all.swap_remove(0).0
+}
+
+fn compare_by(scene: &Scene, settings: &Settings, count: usize, undecided: f64) -> (Tally, Traced) {
     let (context, edge) = (gpu::context(), settings.voxels);
     let renderer = gpu::render(&context, scene, settings, 8);
+    let tracer = settings.of.rays.tracer;
+    assert_eq!(renderer.ground().desc.features.has(Features::QUERY), tracer == Tracer::Query);
     let oracle = Oracle::new(&context, &renderer);
     let rays = rays(&oracle.facets, edge, count);
     let start = Instant::now();
@@ -121,7 +149,7 @@ fn compare(scene: &Scene, settings: &Settings, count: usize, undecided: f64) -> 
         .reduce(Tally::default, Tally::and);
     let seconds = [traced, start.elapsed() - traced].map(|time| time.as_secs_f64());
     println!(
-        "{}, {edge}³, {} triangles: {count} rays, {} hits ({} undecided); shadow rays {} open, {} blocked, {} between ({} \
+        "{} by {tracer}, {edge}³, {} triangles: {count} rays, {} hits ({} undecided); shadow rays {} open, {} blocked, {} between ({} \
          undecided); {:.1} s and {:.1} s of brute force",
         scene.name,
         oracle.facets.len(),
@@ -136,11 +164,16 @@ fn compare(scene: &Scene, settings: &Settings, count: usize, undecided: f64) -> 
     );
     let wrong = &tally.wrong;
     let shown = wrong.iter().take(3).cloned().collect::<Vec<_>>().join("\n");
-    assert!(wrong.is_empty(), "{}, {edge}³: {} of {count} rays are wrong:\n{shown}", scene.name, wrong.len());
+    assert!(
+        wrong.is_empty(),
+        "{} by {tracer}, {edge}³: {} of {count} rays are wrong:\n{shown}",
+        scene.name,
+        wrong.len()
+    );
     assert!(tally.hits * 3 > count, "few rays hit anything");
     let most = (count as f64 * undecided) as usize;
     assert!(tally.undecided_hits <= most && tally.undecided_shadows <= most, "too many rays are undecided");
-    tally
+    (tally, [nearest, shadows])
 }
 
 fn voxels(edge: u32) -> Settings {

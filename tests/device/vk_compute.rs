@@ -5,7 +5,9 @@ use crate::gpu;
 use bytemuck::{Pod, Zeroable};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::LazyLock;
+use twobounce::ground::constants::{self, Features};
 use twobounce::profile::executables::table;
+use twobounce::settings::Settings;
 use twobounce::vk::{
     self, Bind, Binding, BindingKind, Buffer, BufferKind, CommandLog, Compute, ComputeDesc, Constant, Recorder,
     RecorderOptions, Stage, ZoneKind,
@@ -250,6 +252,21 @@ fn programs_are_described_where_the_driver_can() {
         None => assert!(!*SAYS_MUCH, "{} describes nothing", context.name),
     }
     print!("{}", table(told.as_deref(), &context.name));
+    if *SAYS_MUCH {
+        assert!(context.has_ray_queries(), "RADV has them");
+        let translucent = Features::ALPHA.0 | Features::MASK.0 | Features::BLEND.0 | Features::TRANSMISSION.0;
+        let passes = [0, translucent].into_iter().flat_map(|features| {
+            [("by the tree", features), ("by queries", features | Features::QUERY.0)].map(|(label, features)| {
+                let mut all = constants::constants(&Settings::fast(), Features(features));
+                all.push(("SHADOW", 0u32.into()));
+                Compute::new(&context, &ComputeDesc { label, shader: "test/rays.comp", constants: &all }).unwrap()
+            })
+        });
+        let passes: Vec<Compute> = passes.collect();
+        let programs = context.executables().unwrap().unwrap();
+        assert_eq!(programs.len(), 1 + passes.len(), "each was compiled");
+        print!("{}", table(Some(&programs), &context.name));
+    }
     assert_eq!(context.take_validation_messages(), Vec::<String>::new());
     if *SAYS_MUCH {
         std::mem::forget(context); // without a card RADV cannot wait for its device, and so not end it
@@ -280,7 +297,7 @@ fn a_compiler_for_cards_describes_programs_without_a_card() {
     let output = command.env("VK_DRIVER_FILES", &driver).env("VK_ICD_FILENAMES", &driver).output().unwrap();
     let told = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{told}{}", String::from_utf8_lossy(&output.stderr));
-    for word in ["1 passed", "copy", "VGPRs", "Spilled VGPRs", "Scratch size"] {
+    for word in ["1 passed", "copy", "by queries", "VGPRs", "Spilled VGPRs", "Scratch size"] {
         assert!(told.contains(word), "{word} is not in\n{told}");
     }
 }

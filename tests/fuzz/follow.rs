@@ -70,7 +70,7 @@ fn device(Still { scene, pose, view }: Still, settings: &Settings) {
     packed.plan();
     let trees = packed.trees.of(scene);
     trees.top(&pose.world_from_instance);
-    let desc = FrameDesc { scene, settings, size: (4, 4), outputs: 1, bounds, slots: 1, waits: false };
+    let desc = FrameDesc { scene, settings, size: (4, 4), outputs: 1, bounds, slots: 1, query: None, waits: false };
     first_plan(&desc, &packed.trees)(16);
     known_failures(scene, pose, bounds, settings);
     for_camera(settings, Still::new(scene, pose, view), bounds);

@@ -55,7 +55,16 @@ fn frames_that_do_not_fit_a_device_are_refused() {
     let scene = Scene::load(&root().join("assets/gallery.glb"), &LoadOptions::default()).unwrap();
     let (pose, bounds, settings) = (scene.pose(None, 0.0), scene.bounds(None), Settings::cones());
     let scene = &scene;
-    let desc = FrameDesc { scene, settings: &settings, size: (1280, 720), outputs: 1, bounds, slots: 1, waits: true };
+    let desc = FrameDesc {
+        scene,
+        settings: &settings,
+        size: (1280, 720),
+        outputs: 1,
+        bounds,
+        slots: 1,
+        waits: true,
+        query: None,
+    };
     let device = report("(RADV)");
     fits(&device, &desc, &pose).unwrap();
     let refused = |change: &dyn Fn(&mut DeviceReport)| {

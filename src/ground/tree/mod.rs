@@ -1,9 +1,11 @@
 //! Tree: boxes about the recorded triangles, for rays. Which triangles stand together is found once ([`groups`]); only the tree over
 //! the groups is made anew with every record. Boxes are put about the triangles as they were recorded, wherever those have moved.
 //! Reads: triangles, slots. Writes: tree links (of the tree over the groups), tree boxes. Held by `tests/device/passes_tree.rs`.
+//! Where rays are the device's own queries, an acceleration structure takes its place ([`queries`]).
 
 pub mod groups;
 pub mod links;
+pub mod queries;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,12 +13,16 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 
 use super::memory_plan::MemoryRow;
+use super::scene_on_gpu::SceneOnGpu;
 use super::{Ground, MOST_GROUPS};
 use crate::Result;
-use crate::scene::Pose;
-use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Context, Recorder, ZoneKind, upload_into};
+use crate::scene::{Pose, Scene};
+use crate::vk::{
+    Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Context, Recorder, ZoneKind, upload, upload_into,
+};
 use groups::{SceneTrees, TreeSize};
 use links::WORDS;
+use queries::Queries;
 
 impl TreeSize {
     pub fn plan(&self) -> Vec<MemoryRow> {
@@ -27,11 +33,19 @@ impl TreeSize {
 
 pub struct Tree {
     /// Nine words per node: those over the groups, the ways out of the groups, those of the groups; then the sources of the leaves.
+    /// With queries, the sources of the structure's triangles ([`queries::links`]).
     pub links: Buffer,
     /// Per node.
     pub boxes: Buffer,
-    /// Absent where nothing traces rays.
-    maker: Option<(Arc<SceneTrees>, Compute)>,
+    maker: Maker,
+}
+
+/// What puts boxes about the triangles.
+enum Maker {
+    /// Nothing: there are no rays.
+    None,
+    Passes(Arc<SceneTrees>, Compute),
+    Driver(Queries),
 }
 
 /// Nodes from one to before another.
@@ -53,7 +67,7 @@ impl Tree {
         let mut tree = Self {
             links: Buffer::new(context, "tree links", links, BufferKind::Device)?,
             boxes: Buffer::new(context, "tree boxes", boxes, BufferKind::Device)?,
-            maker: None,
+            maker: Maker::None,
         };
         if let Some(trees) = trees {
             let mut words = vec![0; WORDS * size.before()];
@@ -63,13 +77,32 @@ impl Tree {
             // Ways out are never met, nor is the only node of a tree without triangles.
             upload_into(context, &tree.boxes, &vec![EMPTY_BOX; size.before()])?;
             let boxes = ComputeDesc { label: "tree", shader: "ground/tree_boxes.comp", constants };
-            tree.maker = Some((trees, Compute::new(context, &boxes)?));
+            tree.maker = Maker::Passes(trees, Compute::new(context, &boxes)?);
         }
         Ok(tree)
     }
 
+    /// An acceleration structure in place of the tree.
+    pub fn queried(context: &Arc<Context>, constants: &[Constant], of: &Scene, scene: &SceneOnGpu) -> Result<Self> {
+        let links = queries::links(&scene.draws);
+        Ok(Self {
+            maker: Maker::Driver(Queries::new(context, constants, of, &links)?),
+            links: upload(context, "tree links", &links)?,
+            boxes: Buffer::new(context, "tree boxes", 0, BufferKind::Device)?,
+        })
+    }
+
     pub fn record(&self, recorder: &mut Recorder, ground: &Ground, pose: &Pose) {
-        let Some((trees, boxes)) = &self.maker else { return };
+        let (trees, boxes) = match &self.maker {
+            Maker::None => return,
+            Maker::Passes(trees, boxes) => (trees, boxes),
+            Maker::Driver(queries) => {
+                let binds = [Bind::buffer("slots", &ground.slots), Bind::buffer("tree_links", &self.links)];
+                return recorder.zone("tree", ZoneKind::Compute, queries.bytes(), |r| {
+                    queries.record(r, &ground.triangles, &binds);
+                });
+            }
+        };
         let top = trees.top(&pose.world_from_instance);
         let behind = |level: &Range<usize>| level.start + top.nodes.len()..level.end + top.nodes.len();
         let levels = top.levels.iter().cloned().chain(trees.levels.iter().map(behind));
@@ -87,8 +120,12 @@ impl Tree {
         });
     }
 
-    /// Buffers that rays read.
-    pub fn binds(&self) -> [Bind<'_>; 2] {
-        [Bind::buffer("tree_links", &self.links), Bind::buffer("tree_boxes", &self.boxes)]
+    /// What rays read.
+    pub fn binds(&self) -> Vec<Bind<'_>> {
+        let mut binds = vec![Bind::buffer("tree_links", &self.links), Bind::buffer("tree_boxes", &self.boxes)];
+        if let Maker::Driver(queries) = &self.maker {
+            binds.push(queries.bind());
+        }
+        binds
     }
 }

@@ -1,6 +1,6 @@
 //! The table `[rays]`.
 
-use crate::settings::{Key, Range, table};
+use crate::settings::{Key, Range, Tracer, names, table};
 
 table! {
     /// The defaults are the preset `balanced`.
@@ -19,6 +19,10 @@ table! {
         "with bounces = all, passes over the voxels whose mean is the light once it has settled; then it stays until something \
          changes. 0: the settled light of one set of directions";
         "a second bounce's shading each, once; noise falls with the root of their number";
+        tracer: Tracer = Tracer::Auto, in "choice" rare, names!(Tracer);
+        "how exact rays find triangles, those to lights with every method too: through a tree of boxes, or by VK_KHR_ray_query, where \
+         a device has it; auto: by that where it is there. Both find the same but within rounding of edges (docs/gpu.md)";
+        "query has not been timed on a GPU";
     }
 }
 

@@ -1,6 +1,7 @@
 //! The device that everything runs on.
 
 use super::choose::{choose, open};
+use super::features::ray_query_extensions;
 use super::functions::with_promoted;
 use super::host::HostDevice;
 use super::instance::{DeviceKind, Instance, heap_budgets, lock, version_of};
@@ -62,6 +63,8 @@ pub struct Context {
     /// Geometry shaders are enabled.
     #[cfg_attr(not(internals), doc(hidden))]
     pub geometry_shader: bool,
+    /// Acceleration structures and ray queries are enabled.
+    pub(in crate::vk) structures: Option<ash::khr::acceleration_structure::Device>,
     pub(in crate::vk) allocated: AtomicU64,
     /// Dropped before the device.
     pub(in crate::vk) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
@@ -147,9 +150,11 @@ impl Context {
         let HostDevice { instance, physical_device: physical, queue, queue_family, .. } = host;
         let name = capabilities.name();
         let device = if capabilities.is_1_3() { host.device } else { with_promoted(&instance, host.device.handle()) };
+        let queries = host.features.has_queries()
+            && ray_query_extensions().iter().all(|name| host.device_extensions.contains(name));
         let allocator = match host.allocator {
             Some(shared) => shared,
-            None => match allocator(&name, &instance, physical, &device) {
+            None => match allocator(&name, &allocator_desc(&instance, physical, &device, queries)) {
                 Ok(allocator) => Arc::new(Mutex::new(allocator)),
                 Err(error) => {
                     if own.is_some() {
@@ -177,6 +182,7 @@ impl Context {
             limits: capabilities.properties.limits,
             conservative_rasterization: enabled(ash::ext::conservative_rasterization::NAME),
             geometry_shader: host.features.geometry_shader,
+            structures: queries.then(|| ash::khr::acceleration_structure::Device::new(&instance, &device)),
             allocated: AtomicU64::new(0),
             allocator: ManuallyDrop::new(allocator),
             stuck: AtomicBool::new(false),
@@ -203,6 +209,11 @@ impl Context {
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn device(&self) -> &ash::Device {
         &self.device
+    }
+
+    /// Whether rays can be the device's own queries: it can, and that is enabled.
+    pub fn has_ray_queries(&self) -> bool {
+        self.structures.is_some()
     }
 
     /// Every error and warning of the validation layer so far, advice on performance left out. Empty on a host's device:
@@ -336,19 +347,23 @@ impl Drop for Context {
     }
 }
 
-fn allocator(
-    name: &str,
+fn allocator(name: &str, desc: &AllocatorCreateDesc) -> Result<Allocator> {
+    Allocator::new(desc).map_err(|error| Error::Device(format!("{name} gives no memory: {error}")))
+}
+
+/// `addresses`: whether buffers have some.
+fn allocator_desc(
     instance: &ash::Instance,
     physical: vk::PhysicalDevice,
     device: &ash::Device,
-) -> Result<Allocator> {
-    Allocator::new(&AllocatorCreateDesc {
+    addresses: bool,
+) -> AllocatorCreateDesc {
+    AllocatorCreateDesc {
         instance: instance.clone(),
         device: device.clone(),
         physical_device: physical,
         debug_settings: Default::default(),
-        buffer_device_address: false,
+        buffer_device_address: addresses,
         allocation_sizes: Default::default(),
-    })
-    .map_err(|error| Error::Device(format!("{name} gives no memory: {error}")))
+    }
 }

@@ -65,6 +65,7 @@ impl Described {
             extensions: self.extensions.iter().cloned().collect(),
             features: Features::named(&self.features),
             describes_executables: false,
+            scratch_alignment: 1,
             version,
         };
         Ok(DeviceReport { name: self.name.clone(), ..capabilities.report() })

@@ -49,11 +49,17 @@ features! {
     dynamic_rendering "dynamicRendering",
     /// Every recording records its barriers by it.
     synchronization2 "synchronization2",
+    /// Buffers have addresses, by which acceleration structures are made of them.
+    buffer_device_address "bufferDeviceAddress",
+    /// What [`ray_query`](Self::ray_query) goes through.
+    acceleration_structure "accelerationStructure",
+    /// Rays are the device's own queries, where settings ask for that or leave it open ([`Tracer`](crate::settings::Tracer)).
+    ray_query "rayQuery",
 }
 
 /// Every feature that a device must have enabled to be used by twobounce; the others serve single settings, or safety.
 pub fn required_features() -> Features {
-    Features { geometry_shader: false, robust_buffer_access: false, ..ALL }
+    Features { geometry_shader: false, robust_buffer_access: false, ..ALL.without_queries() }
 }
 
 impl Features {
@@ -62,8 +68,17 @@ impl Features {
         required_features().list().zip(self.list()).filter(|((_, required), _)| *required).map(|(_, own)| own)
     }
 
+    /// Those of ray queries, of which a device has all or none.
+    pub(in crate::vk) fn has_queries(self) -> bool {
+        self.buffer_device_address && self.acceleration_structure && self.ray_query
+    }
+
+    pub(in crate::vk) fn without_queries(self) -> Self {
+        Self { buffer_device_address: false, acceleration_structure: false, ray_query: false, ..self }
+    }
+
     /// The features that these structures hold. A host that enables dynamic rendering and synchronisation by the
-    /// structures of their extensions sets those two fields itself.
+    /// structures of their extensions sets those two fields itself, and so it sets those of acceleration structures and ray queries.
     pub fn of(
         core: &vk::PhysicalDeviceFeatures,
         vulkan12: &vk::PhysicalDeviceVulkan12Features<'_>,
@@ -79,6 +94,9 @@ impl Features {
             scalar_block_layout: vulkan12.scalar_block_layout == vk::TRUE,
             dynamic_rendering: vulkan13.dynamic_rendering == vk::TRUE,
             synchronization2: vulkan13.synchronization2 == vk::TRUE,
+            buffer_device_address: vulkan12.buffer_device_address == vk::TRUE,
+            acceleration_structure: false,
+            ray_query: false,
         }
     }
 
@@ -93,11 +111,15 @@ impl Features {
                 .sample_rate_shading(self.sample_rate_shading),
             vulkan12: vk::PhysicalDeviceVulkan12Features::default()
                 .shader_output_layer(self.shader_output_layer)
-                .scalar_block_layout(self.scalar_block_layout),
+                .scalar_block_layout(self.scalar_block_layout)
+                .buffer_device_address(self.buffer_device_address),
             dynamic_rendering: vk::PhysicalDeviceDynamicRenderingFeatures::default()
                 .dynamic_rendering(self.dynamic_rendering),
             synchronization2: vk::PhysicalDeviceSynchronization2Features::default()
                 .synchronization2(self.synchronization2),
+            acceleration_structure: vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default()
+                .acceleration_structure(self.acceleration_structure),
+            ray_query: vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(self.ray_query),
         }
     }
 }
@@ -110,15 +132,22 @@ pub struct FeatureStructs {
     pub vulkan12: vk::PhysicalDeviceVulkan12Features<'static>,
     pub dynamic_rendering: vk::PhysicalDeviceDynamicRenderingFeatures<'static>,
     pub synchronization2: vk::PhysicalDeviceSynchronization2Features<'static>,
+    pub acceleration_structure: vk::PhysicalDeviceAccelerationStructureFeaturesKHR<'static>,
+    pub ray_query: vk::PhysicalDeviceRayQueryFeaturesKHR<'static>,
 }
 
 impl FeatureStructs {
-    /// `info` with all of these.
+    /// `info` with all of these; with those of ray queries only where they are on, since few devices know them.
     pub fn chain<'a>(&'a mut self, info: vk::DeviceCreateInfo<'a>) -> vk::DeviceCreateInfo<'a> {
-        info.enabled_features(&self.core)
+        let info = info
+            .enabled_features(&self.core)
             .push_next(&mut self.vulkan12)
             .push_next(&mut self.dynamic_rendering)
-            .push_next(&mut self.synchronization2)
+            .push_next(&mut self.synchronization2);
+        if self.ray_query.ray_query == vk::FALSE {
+            return info;
+        }
+        info.push_next(&mut self.acceleration_structure).push_next(&mut self.ray_query)
     }
 }
 
@@ -130,4 +159,9 @@ pub fn required_extensions(api_version: u32) -> Vec<&'static CStr> {
         names.extend([ash::khr::dynamic_rendering::NAME, ash::khr::synchronization2::NAME]);
     }
     names
+}
+
+/// Every device extension that must be enabled beside those for rays to be the device's own queries.
+pub fn ray_query_extensions() -> [&'static CStr; 3] {
+    [ash::khr::acceleration_structure::NAME, ash::khr::ray_query::NAME, ash::khr::deferred_host_operations::NAME]
 }

@@ -1,7 +1,9 @@
 //! Requirements on a device, and how far it meets them. One list serves the choice of a device, the error that refuses
 //! one, and `info`.
 
-use super::features::{COLOR_ATTACHMENTS, FRAMEBUFFER_LAYERS, Features, required_extensions, required_features};
+use super::features::{
+    COLOR_ATTACHMENTS, FRAMEBUFFER_LAYERS, Features, ray_query_extensions, required_extensions, required_features,
+};
 use super::instance::{DeviceKind, DeviceReport, version_of};
 use ash::vk;
 use std::collections::BTreeSet;
@@ -32,6 +34,8 @@ pub(in crate::vk) struct Capabilities {
     pub(in crate::vk) features: Features,
     /// `VK_KHR_pipeline_executable_properties` and its feature are there.
     pub(in crate::vk) describes_executables: bool,
+    /// Of the memory in which acceleration structures are built, where the device has such.
+    pub(in crate::vk) scratch_alignment: u64,
     /// The lower one of the device's version and of what the instance was made with.
     pub(in crate::vk) version: u32,
 }
@@ -64,6 +68,7 @@ impl Capabilities {
             extensions,
             features: Features::default(),
             describes_executables: false,
+            scratch_alignment: 1,
             version: properties.api_version.min(instance_version),
         };
         if this.version >= vk::API_VERSION_1_2 {
@@ -80,6 +85,11 @@ impl Capabilities {
             vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut maintenance);
         if self.has_extension(ash::khr::push_descriptor::NAME) {
             properties = properties.push_next(&mut push);
+        }
+        let mut structures = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
+        let traces = ray_query_extensions().into_iter().all(|name| self.has_extension(name));
+        if traces {
+            properties = properties.push_next(&mut structures);
         }
         // SAFETY: every structure in the chain belongs to Vulkan 1.2 or to an extension that the device has.
         unsafe { instance.get_physical_device_properties2(physical, &mut properties) };
@@ -98,15 +108,23 @@ impl Capabilities {
         if self.is_1_3() || self.has_extension(ash::khr::synchronization2::NAME) {
             features = features.push_next(&mut sync2);
         }
+        let mut structure = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
+        let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
+        if traces {
+            features = features.push_next(&mut structure).push_next(&mut query);
+        }
         // SAFETY: as above.
         unsafe { instance.get_physical_device_features2(physical, &mut features) };
         let core = features.features;
         self.features = Features {
             dynamic_rendering: rendering.dynamic_rendering == vk::TRUE,
             synchronization2: sync2.synchronization2 == vk::TRUE,
+            acceleration_structure: structure.acceleration_structure == vk::TRUE,
+            ray_query: query.ray_query == vk::TRUE,
             ..Features::of(&core, &vulkan12, &vk::PhysicalDeviceVulkan13Features::default())
         };
         self.describes_executables = executables.pipeline_executable_info == vk::TRUE;
+        self.scratch_alignment = u64::from(structures.min_acceleration_structure_scratch_offset_alignment.max(1));
         self.max_push_descriptors = push.max_push_descriptors;
         self.max_allocation_bytes = maintenance.max_memory_allocation_size;
         let (seen, usage) =
@@ -164,6 +182,7 @@ impl Capabilities {
         vec![
             Need { name: "geometryShader".into(), present: self.features.geometry_shader },
             Need { name, present: self.has_extension(extension) },
+            Need { name: "VK_KHR_ray_query".into(), present: self.features.has_queries() },
         ]
     }
 
@@ -190,7 +209,10 @@ impl Capabilities {
     /// The features to enable: all that are needed, and of the others those that are there.
     pub(in crate::vk) fn enabled_features(&self) -> Features {
         let Features { geometry_shader, robust_buffer_access, .. } = self.features;
-        Features { geometry_shader, robust_buffer_access, ..required_features() }
+        let on = self.features.has_queries();
+        let queries =
+            Features { buffer_device_address: on, acceleration_structure: on, ray_query: on, ..required_features() };
+        Features { geometry_shader, robust_buffer_access, ..queries }
     }
 
     /// The names of what is missing, for a message; empty when the device will do.
@@ -207,7 +229,8 @@ impl Capabilities {
             ash::khr::portability_subset::NAME,
         ];
         let present = optional.into_iter().filter(|name| self.has_extension(name));
-        required_extensions(self.version).into_iter().chain(present).collect()
+        let queries = ray_query_extensions().into_iter().filter(|_| self.features.has_queries());
+        required_extensions(self.version).into_iter().chain(present).chain(queries).collect()
     }
 }
 

@@ -6,12 +6,14 @@ use super::shader;
 use crate::vk::resource::buffer::Buffer;
 use crate::vk::resource::image::ImageView;
 use crate::vk::resource::sampler::Sampler;
+use crate::vk::resource::structure::Structure;
 use arrayvec::ArrayVec;
 
 /// Where counting shaders add up; bound by itself.
 pub(in crate::vk) const COUNTS: &str = "counted";
 
-/// A resource for the binding of that name: a buffer, or images that are sampled or, without a sampler, stored to.
+/// A resource for the binding of that name: a buffer, an acceleration structure, or images that are sampled or, without a sampler,
+/// stored to.
 #[derive(Clone)]
 pub struct Bind<'a> {
     pub(in crate::vk) name: &'a str,
@@ -19,12 +21,18 @@ pub struct Bind<'a> {
     /// No array in a shader is longer than 8 elements.
     pub(in crate::vk) views: ArrayVec<ImageView<'a>, 8>,
     pub(in crate::vk) sampler: Option<&'a Sampler>,
+    pub(in crate::vk) structure: Option<&'a Structure>,
 }
 
 impl<'a> Bind<'a> {
     /// A storage or uniform buffer, as the shader declares it.
     pub fn buffer(name: &'a str, buffer: &'a Buffer) -> Self {
-        Self { name, buffer: Some(buffer), views: ArrayVec::new(), sampler: None }
+        Self { buffer: Some(buffer), ..Self::storage_images(name, []) }
+    }
+
+    /// What ray queries go through.
+    pub fn structure(name: &'a str, structure: &'a Structure) -> Self {
+        Self { structure: Some(structure), ..Self::storage_images(name, []) }
     }
 
     /// A combined image sampler.
@@ -43,7 +51,7 @@ impl<'a> Bind<'a> {
 
     /// An array of storage images.
     pub fn storage_images(name: &'a str, views: impl IntoIterator<Item = ImageView<'a>>) -> Self {
-        Self { name, buffer: None, views: views.into_iter().collect(), sampler: None }
+        Self { name, buffer: None, views: views.into_iter().collect(), sampler: None, structure: None }
     }
 
     fn fits(&self, binding: &Binding) -> bool {
@@ -52,11 +60,13 @@ impl<'a> Bind<'a> {
             BindingKind::Storage | BindingKind::Uniform => self.buffer.is_some(),
             BindingKind::Sampled => images && self.sampler.is_some(),
             BindingKind::StorageImage => images && self.sampler.is_none(),
+            BindingKind::Structure => self.structure.is_some(),
         }
     }
 
     fn describe(&self) -> String {
         match (self.buffer, self.sampler) {
+            _ if self.structure.is_some() => "an acceleration structure".to_owned(),
             (Some(_), _) => "a buffer".to_owned(),
             (None, Some(_)) => format!("{} sampled image(s)", self.views.len()),
             (None, None) => format!("{} storage image(s)", self.views.len()),
@@ -65,14 +75,23 @@ impl<'a> Bind<'a> {
 
     fn labels(&self) -> Vec<String> {
         let buffer = self.buffer.map(|buffer| buffer.label().to_owned());
-        buffer.into_iter().chain(self.views.iter().map(|view| view.raw.label.clone())).collect()
+        let structure = self.structure.map(|structure| structure.top.label.clone());
+        let views = self.views.iter().map(|view| view.raw.label.clone());
+        buffer.into_iter().chain(structure).chain(views).collect()
     }
 }
 
 /// The bound resources, for the log: (binding name, labels).
 pub(in crate::vk) fn labels(pipeline: &RawPipeline, binds: &[Bind<'_>]) -> Vec<(String, Vec<String>)> {
     let of = |binding: &Binding| (binding.name.clone(), find(pipeline, binding, binds).labels());
-    pipeline.bindings.iter().filter(|binding| binding.name != COUNTS).map(of).collect()
+    bound(pipeline, binds).filter(|binding| binding.name != COUNTS).map(of).collect()
+}
+
+/// The bindings that something is bound to: all, but that a shader whose constants cut its queries out goes without an acceleration
+/// structure.
+pub(in crate::vk) fn bound<'b>(pipeline: &'b RawPipeline, binds: &'b [Bind<'_>]) -> impl Iterator<Item = &'b Binding> {
+    let given = |binding: &Binding| binds.iter().any(|bind| bind.name == binding.name);
+    pipeline.bindings.iter().filter(move |binding| binding.kind != BindingKind::Structure || given(binding))
 }
 
 pub(in crate::vk) fn check_names(pipeline: &RawPipeline, binds: &[Bind<'_>]) {

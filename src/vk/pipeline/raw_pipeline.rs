@@ -74,6 +74,10 @@ impl RawPipeline {
             // Nothing reads it once the constant is set: `specialize` takes it out of the shaders too.
             modules.iter_mut().for_each(|module| module.bindings.retain(|binding| binding.name != COUNTS));
         }
+        if !context.has_ray_queries() {
+            // Constants cut the queries out of what such a device gets.
+            modules.iter_mut().for_each(|module| module.bindings.retain(|b| b.kind != BindingKind::Structure));
+        }
         let push_bytes = modules.iter().map(|module| module.push_bytes).max().unwrap_or(0);
         assert!(push_bytes <= MAX_PUSH_BYTES, "{label}: a push block of {push_bytes} bytes, {MAX_PUSH_BYTES} at most");
         let with_push = modules.iter().filter(|module| module.push_bytes > 0);

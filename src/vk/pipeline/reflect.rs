@@ -49,6 +49,8 @@ pub enum BindingKind {
     /// A combined image sampler.
     Sampled,
     StorageImage,
+    /// An acceleration structure.
+    Structure,
 }
 
 impl BindingKind {
@@ -58,6 +60,7 @@ impl BindingKind {
             Self::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
             Self::Sampled => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
             Self::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
+            Self::Structure => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
         }
     }
 }
@@ -222,6 +225,7 @@ fn binding(shader: &str, stage: Stage, variable: &Variable) -> Binding {
         DescriptorType::UniformBuffer() => (BindingKind::Uniform, true),
         DescriptorType::CombinedImageSampler() => (BindingKind::Sampled, true),
         DescriptorType::StorageImage(access) => (BindingKind::StorageImage, *access == AccessType::ReadOnly),
+        DescriptorType::AccelStruct() => (BindingKind::Structure, true),
         other => panic!("{shader}: {name} is a {other:?}, which the pipelines do not offer"),
     };
     assert!(*nbind > 0, "{shader}: {name} is an array without a size");

@@ -8,7 +8,7 @@ use super::operations::{Known, value_of};
 use super::used::keep_used;
 use rspirv::binary::Assemble;
 use rspirv::dr::{Block, Function, Instruction, Module, Operand, load_words};
-use rspirv::spirv::{Decoration, Op, Word};
+use rspirv::spirv::{Capability, Decoration, Op, Word};
 use std::collections::{HashMap, HashSet};
 
 /// How a pipeline takes its shaders.
@@ -39,10 +39,22 @@ pub(in crate::vk) fn specialize(words: &[u32], choices: &Choices) -> Vec<u32> {
         walk.cut(function);
     }
     keep_used(&mut module);
+    keep_asked(&mut module);
     if choices.loads_early {
         load_early(&mut module);
     }
     module.assemble()
+}
+
+/// Takes out what a module asks of the device for ray queries, where it has none left: most devices lack it.
+fn keep_asked(module: &mut Module) {
+    let queries = |i: &Instruction| matches!(i.class.opcode, Op::TypeRayQueryKHR | Op::TypeAccelerationStructureKHR);
+    if module.types_global_values.iter().any(queries) {
+        return;
+    }
+    let extension = Operand::LiteralString("SPV_KHR_ray_query".to_owned());
+    module.capabilities.retain(|i| i.operands[0] != Operand::Capability(Capability::RayQueryKHR));
+    module.extensions.retain(|i| i.operands[0] != extension);
 }
 
 /// Names of what stands outside of functions, by its id.

@@ -1,9 +1,9 @@
 //! Binds a pipeline with its resources and its push block while a frame is recorded.
 
 use super::recorder::Recorder;
-use crate::vk::pipeline::bind::{Bind, COUNTS, check_names, find};
+use crate::vk::pipeline::bind::{Bind, COUNTS, bound, check_names, find};
 use crate::vk::pipeline::raw_pipeline::RawPipeline;
-use crate::vk::pipeline::reflect::BindingKind;
+use crate::vk::pipeline::reflect::{Binding, BindingKind};
 use crate::vk::resource::buffer::Buffer;
 use crate::vk::resource::image::ImageView;
 use arrayvec::ArrayVec;
@@ -16,12 +16,14 @@ use std::sync::Arc;
 pub(in crate::vk) struct Infos {
     buffers: Vec<vk::DescriptorBufferInfo>,
     images: Vec<vk::DescriptorImageInfo>,
+    structures: Vec<vk::AccelerationStructureKHR>,
 }
 
 impl Infos {
     fn clear(&mut self) {
         self.buffers.clear();
         self.images.clear();
+        self.structures.clear();
     }
 
     fn push(&mut self, bind: &Bind<'_>) {
@@ -35,6 +37,7 @@ impl Infos {
             image_layout: vk::ImageLayout::GENERAL,
         };
         self.images.extend(bind.views.iter().map(info));
+        self.structures.extend(bind.structure.map(|structure| structure.top.handle()));
     }
 }
 
@@ -65,13 +68,14 @@ pub(in crate::vk) fn bind_pipeline<T: Pod>(
 
     let mut infos = std::mem::take(&mut recorder.recorded.infos);
     infos.clear();
-    for binding in &pipeline.bindings {
+    let bindings: ArrayVec<&Binding, 64> = bound(pipeline, binds).collect(); // no pass has more
+    for binding in &bindings {
         infos.push(find(pipeline, binding, binds));
     }
     let device = recorder.context().device();
     // SAFETY: the pipeline is kept below.
     unsafe { device.cmd_bind_pipeline(recorder.handle, pipeline.bind_point(), pipeline.handle()) };
-    push_descriptors(recorder, pipeline, &infos);
+    push_descriptors(recorder, pipeline, &bindings, &infos);
     if !push.is_empty() {
         // SAFETY: the block has the size that the layout states.
         unsafe { device.cmd_push_constants(recorder.handle, pipeline.layout, pipeline.push_stages, 0, push) };
@@ -83,17 +87,21 @@ pub(in crate::vk) fn bind_pipeline<T: Pod>(
         keep.extend(bind.buffer.map(|buffer| buffer.raw.clone() as _));
         keep.extend(bind.sampler.map(|sampler| sampler.raw.clone() as _));
         keep.extend(bind.views.iter().map(|view| view.raw.clone() as _));
+        keep.extend(bind.structure.map(|structure| structure.triangles.clone() as _));
+        keep.extend(bind.structure.map(|structure| structure.top.clone() as _));
     }
 }
 
-/// Writes all bindings of the pipeline, in the order of `infos`.
-fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, infos: &Infos) {
-    if pipeline.bindings.is_empty() {
+/// Writes these bindings of the pipeline, in the order of `infos`.
+fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, bindings: &[&Binding], infos: &Infos) {
+    if bindings.is_empty() {
         return;
     }
     let (mut buffers, mut images) = (infos.buffers.as_slice(), infos.images.as_slice());
-    // No pass has more bindings.
-    let writes: ArrayVec<vk::WriteDescriptorSet<'_>, 64> = (pipeline.bindings.iter())
+    // A shader has one at most.
+    let structures =
+        vk::WriteDescriptorSetAccelerationStructureKHR::default().acceleration_structures(&infos.structures);
+    let writes: ArrayVec<vk::WriteDescriptorSet<'_>, 64> = (bindings.iter())
         .map(|binding| {
             let to = vk::WriteDescriptorSet::default()
                 .dst_binding(binding.binding)
@@ -102,6 +110,9 @@ fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, infos: &Infos) 
                 BindingKind::Storage | BindingKind::Uniform => to.buffer_info(take(&mut buffers, 1)),
                 BindingKind::Sampled | BindingKind::StorageImage => {
                     to.image_info(take(&mut images, binding.count as usize))
+                }
+                BindingKind::Structure => {
+                    vk::WriteDescriptorSet { p_next: (&raw const structures).cast(), descriptor_count: 1, ..to }
                 }
             }
         })

@@ -94,6 +94,10 @@ pub enum CommandLog {
         to: String,
         bytes: Option<u64>,
     },
+    /// An acceleration structure is built.
+    Build {
+        structure: String,
+    },
     Draw(DrawLog),
     Dispatch(DispatchLog),
 }

@@ -1,6 +1,7 @@
 //! Recording: resources bound to pipelines, draws, dispatches, copies, timed zones, and the submission of all of it.
 
 pub(in crate::vk) mod bind;
+pub(in crate::vk) mod build;
 pub(in crate::vk) mod commands;
 pub(in crate::vk) mod counting;
 pub(in crate::vk) mod frame_log;

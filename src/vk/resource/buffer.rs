@@ -13,6 +13,8 @@ use std::sync::Arc;
 pub enum BufferKind {
     /// Only the device.
     Device,
+    /// Only the device, as an acceleration structure or as memory in which one is built.
+    Structure,
     /// Written by the CPU, mapped for good.
     Upload,
     /// Read by the CPU, mapped for good.
@@ -71,13 +73,22 @@ impl Buffer {
         }
         let bytes = bytes.max(16).next_multiple_of(4);
         use vk::BufferUsageFlags as U;
-        let usage = U::STORAGE_BUFFER
+        let common = U::STORAGE_BUFFER
             | U::UNIFORM_BUFFER
             | U::INDIRECT_BUFFER
             | U::INDEX_BUFFER
             | U::VERTEX_BUFFER
             | U::TRANSFER_SRC
             | U::TRANSFER_DST;
+        let usage = match kind {
+            BufferKind::Structure => {
+                U::ACCELERATION_STRUCTURE_STORAGE_KHR | U::STORAGE_BUFFER | U::SHADER_DEVICE_ADDRESS
+            }
+            BufferKind::Device if context.has_ray_queries() => {
+                common | U::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR | U::SHADER_DEVICE_ADDRESS
+            }
+            _ => common,
+        };
         let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
         // SAFETY: the info is complete.
         let handle = unsafe { context.device().create_buffer(&info, None) }
@@ -85,7 +96,7 @@ impl Buffer {
         let mut raw =
             RawBuffer { context: context.clone(), handle, memory: None, label: label.to_owned(), bytes, kind };
         let location = match kind {
-            BufferKind::Device => MemoryLocation::GpuOnly,
+            BufferKind::Device | BufferKind::Structure => MemoryLocation::GpuOnly,
             BufferKind::Upload => MemoryLocation::CpuToGpu,
             BufferKind::Readback => MemoryLocation::GpuToCpu,
         };
@@ -107,6 +118,13 @@ impl Buffer {
     /// For a host's own commands; valid as long as the buffer lives.
     pub fn handle(&self) -> vk::Buffer {
         self.raw.handle
+    }
+
+    /// Where it stands, for acceleration structures: of a context with ray queries.
+    pub(in crate::vk) fn address(&self) -> u64 {
+        let info = vk::BufferDeviceAddressInfo::default().buffer(self.raw.handle);
+        // SAFETY: the buffer is alive, and its usage allows it wherever there are ray queries.
+        unsafe { self.raw.context.device().get_buffer_device_address(&info) }
     }
 
     pub fn label(&self) -> &str {

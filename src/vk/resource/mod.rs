@@ -4,3 +4,4 @@ pub(in crate::vk) mod buffer;
 pub(in crate::vk) mod image;
 pub(in crate::vk) mod memory;
 pub(in crate::vk) mod sampler;
+pub(in crate::vk) mod structure;

@@ -214,7 +214,9 @@ impl Oracle {
             let colors = [0, 1, 2].map(|k| corner.color(&words, place, k));
             Facet::new(t, recorded[t.source as usize].material, uvs, colors)
         };
-        let facets: Vec<Facet> = triangles[..count].iter().enumerate().map(facet).collect();
+        let mut facets: Vec<Facet> = triangles[..count].iter().enumerate().map(facet).collect();
+        // The device records triangles in any order; rays are aimed at them in theirs.
+        facets.sort_by_key(|facet| facet.source);
         let edge = f64::from(renderer.ground().desc.grid.edge);
         let within = |p: DVec3| p.min_element() > 0.0 && p.max_element() < edge;
         assert!(facets.iter().all(|f| [DVec2::ZERO, DVec2::X, DVec2::Y].iter().all(|&uv| within(f.at(uv)))));

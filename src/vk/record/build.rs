@@ -1,0 +1,33 @@
+//! Building acceleration structures while a frame is recorded.
+
+use super::frame_log::CommandLog;
+use super::recorder::Recorder;
+use crate::vk::resource::structure::{Corners, Parts, RawStructure, Structure, functions};
+use ash::vk;
+
+impl Recorder {
+    /// Builds a structure anew over the triangles that `corners` holds by then: as many as it was made for. What queries go
+    /// through it afterwards comes after a barrier.
+    pub fn build(&mut self, structure: &Structure, corners: &Corners<'_>) {
+        let (scratch, aligned) = (structure.scratch.address(), self.context().capabilities.scratch_alignment);
+        let scratch = scratch.next_multiple_of(aligned);
+        self.build_one(&structure.triangles, &structure.desc().parts(Some(corners)), scratch);
+        self.full_barrier(); // the structure over it reads it, and is built in the same memory
+        self.build_one(&structure.top, &structure.desc().top(structure.instance.address()), scratch);
+        for buffer in [corners.indices, corners.positions, &structure.instance, &structure.scratch] {
+            self.keep(buffer.raw.clone());
+        }
+        self.keep(structure.triangles.clone());
+        self.keep(structure.top.clone());
+    }
+
+    fn build_one(&mut self, structure: &RawStructure, parts: &Parts, scratch: u64) {
+        let scratch = vk::DeviceOrHostAddressKHR { device_address: scratch };
+        let info = parts.info().dst_acceleration_structure(structure.handle()).scratch_data(scratch);
+        // SAFETY: outside of a rendering scope; everything that has an address is kept.
+        unsafe {
+            functions(self.context()).cmd_build_acceleration_structures(self.handle, &[info], &[parts.ranges()]);
+        }
+        self.log(|| CommandLog::Build { structure: structure.label.clone() });
+    }
+}

@@ -1,0 +1,220 @@
+//! Acceleration structures: triangles as the driver keeps them for ray queries. One stands over the triangles, and one that queries
+//! begin at over that one.
+
+use super::buffer::{Buffer, BufferKind};
+use crate::Result;
+use crate::vk::device::context::Context;
+use crate::vk::record::transfer::upload_into;
+use ash::vk;
+use std::sync::Arc;
+
+/// Triangles over which a structure stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StructureDesc {
+    /// How many are opaque, which come first,
+    pub opaque: u32,
+    /// and how many a query proposes one by one, so that a shader may let it pass.
+    pub translucent: u32,
+    /// Whether they move: it then is built fast, and else so that rays are.
+    pub moving: bool,
+}
+
+/// Bytes of the structure over the triangles, of the one over that, and of the memory in which both are built.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StructureSize {
+    pub triangles: u64,
+    pub top: u64,
+    pub scratch: u64,
+}
+
+/// The triangles: three numbers of corners each, and corners of three f32.
+#[derive(Clone, Copy)]
+pub struct Corners<'a> {
+    pub indices: &'a Buffer,
+    pub positions: &'a Buffer,
+}
+
+pub(in crate::vk) struct RawStructure {
+    context: Arc<Context>,
+    handle: vk::AccelerationStructureKHR,
+    pub(in crate::vk) label: String,
+    /// Where it lies.
+    memory: Buffer,
+}
+
+impl Drop for RawStructure {
+    fn drop(&mut self) {
+        if self.context.device_to_destroy_with().is_some() {
+            // SAFETY: nothing in flight refers to it; see `Memory::drop`.
+            unsafe { functions(&self.context).destroy_acceleration_structure(self.handle, None) };
+        }
+    }
+}
+
+/// An acceleration structure, and all that it is built in. It is empty until [`Recorder::build`](crate::vk::Recorder::build).
+pub struct Structure {
+    desc: StructureDesc,
+    pub(in crate::vk) triangles: Arc<RawStructure>,
+    pub(in crate::vk) top: Arc<RawStructure>,
+    /// The one instance of the triangles in the structure over them.
+    pub(in crate::vk) instance: Buffer,
+    pub(in crate::vk) scratch: Buffer,
+}
+
+/// Panics where they are not enabled: a mistake in the program.
+pub(in crate::vk) fn functions(context: &Context) -> &ash::khr::acceleration_structure::Device {
+    context.structures.as_ref().expect("ray queries are enabled")
+}
+
+/// What one of the two is built of.
+#[derive(Default)]
+pub(in crate::vk) struct Parts {
+    geometries: Vec<vk::AccelerationStructureGeometryKHR<'static>>,
+    ranges: Vec<vk::AccelerationStructureBuildRangeInfoKHR>,
+    kind: vk::AccelerationStructureTypeKHR,
+    flags: vk::BuildAccelerationStructureFlagsKHR,
+}
+
+impl Parts {
+    pub(in crate::vk) fn info(&self) -> vk::AccelerationStructureBuildGeometryInfoKHR<'_> {
+        vk::AccelerationStructureBuildGeometryInfoKHR::default()
+            .ty(self.kind)
+            .flags(self.flags)
+            .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
+            .geometries(&self.geometries)
+    }
+
+    pub(in crate::vk) fn ranges(&self) -> &[vk::AccelerationStructureBuildRangeInfoKHR] {
+        &self.ranges
+    }
+
+    fn size(&self, context: &Context) -> (u64, u64) {
+        let counts: Vec<u32> = self.ranges.iter().map(|range| range.primitive_count).collect();
+        let mut sizes = vk::AccelerationStructureBuildSizesInfoKHR::default();
+        let device = vk::AccelerationStructureBuildTypeKHR::DEVICE;
+        // SAFETY: there is a count for each geometry.
+        unsafe {
+            functions(context).get_acceleration_structure_build_sizes(device, &self.info(), &counts, &mut sizes);
+        }
+        (sizes.acceleration_structure_size, sizes.build_scratch_size)
+    }
+}
+
+impl StructureDesc {
+    /// Bytes of the one instance.
+    pub const INSTANCE: u64 = 64;
+
+    /// Of a context with ray queries.
+    pub fn size(&self, context: &Context) -> StructureSize {
+        let ((triangles, own), (top, over)) = (self.parts(None).size(context), self.top(0).size(context));
+        // To where memory for building may begin.
+        let aligned = context.capabilities.scratch_alignment;
+        StructureSize { triangles, top, scratch: own.max(over) + aligned }
+    }
+
+    /// The triangles, of corners where there are some yet.
+    pub(in crate::vk) fn parts(&self, corners: Option<&Corners>) -> Parts {
+        let address = |buffer: fn(&Corners<'_>) -> u64| vk::DeviceOrHostAddressConstKHR {
+            device_address: corners.map_or(0, buffer),
+        };
+        let count = corners.map_or(3, |corners| (corners.positions.bytes() / 12) as u32);
+        let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
+            .vertex_format(vk::Format::R32G32B32_SFLOAT)
+            .vertex_data(address(|corners| corners.positions.address()))
+            .vertex_stride(12)
+            .max_vertex(count - 1)
+            .index_type(vk::IndexType::UINT32)
+            .index_data(address(|corners| corners.indices.address()));
+        use vk::GeometryFlagsKHR as F;
+        let geometry = |flags| {
+            vk::AccelerationStructureGeometryKHR::default()
+                .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
+                .geometry(vk::AccelerationStructureGeometryDataKHR { triangles })
+                .flags(flags)
+        };
+        let range = |count: u32, first: u32| {
+            let range = vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(count);
+            range.primitive_offset(12 * first)
+        };
+        let flags = vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE;
+        Parts {
+            // A triangle that lets light through counts once.
+            geometries: vec![geometry(F::OPAQUE), geometry(F::NO_DUPLICATE_ANY_HIT_INVOCATION)],
+            ranges: vec![range(self.opaque, 0), range(self.translucent, self.opaque)],
+            kind: vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
+            flags: if self.moving { vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_BUILD } else { flags },
+        }
+    }
+
+    /// The instance of the triangles at that address.
+    pub(in crate::vk) fn top(&self, instance: u64) -> Parts {
+        let data = vk::DeviceOrHostAddressConstKHR { device_address: instance };
+        let instances = vk::AccelerationStructureGeometryInstancesDataKHR::default().data(data);
+        let geometry = vk::AccelerationStructureGeometryKHR::default()
+            .geometry_type(vk::GeometryTypeKHR::INSTANCES)
+            .geometry(vk::AccelerationStructureGeometryDataKHR { instances });
+        Parts {
+            geometries: vec![geometry],
+            ranges: vec![vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(1)],
+            kind: vk::AccelerationStructureTypeKHR::TOP_LEVEL,
+            flags: vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE,
+        }
+    }
+}
+
+impl RawStructure {
+    fn new(context: &Arc<Context>, label: &str, bytes: u64, kind: vk::AccelerationStructureTypeKHR) -> Result<Self> {
+        let memory = Buffer::new(context, label, bytes, BufferKind::Structure)?;
+        let info = vk::AccelerationStructureCreateInfoKHR::default().buffer(memory.handle()).size(bytes).ty(kind);
+        // SAFETY: the buffer holds so many bytes.
+        let handle = unsafe { functions(context).create_acceleration_structure(&info, None) }
+            .map_err(|result| context.error(&format!("creating {label}"), result))?;
+        context.set_name(handle, label);
+        Ok(Self { context: context.clone(), handle, label: label.to_owned(), memory })
+    }
+
+    pub(in crate::vk) fn handle(&self) -> vk::AccelerationStructureKHR {
+        self.handle
+    }
+
+    fn address(&self) -> u64 {
+        let info = vk::AccelerationStructureDeviceAddressInfoKHR::default().acceleration_structure(self.handle);
+        // SAFETY: it is alive.
+        unsafe { functions(&self.context).get_acceleration_structure_device_address(&info) }
+    }
+}
+
+impl Structure {
+    /// Of a context with ray queries, for the triangles of `desc`.
+    ///
+    /// # Errors
+    /// Too little memory, or a lost device.
+    pub fn new(context: &Arc<Context>, desc: StructureDesc) -> Result<Self> {
+        let size = desc.size(context);
+        use vk::AccelerationStructureTypeKHR as T;
+        let triangles = RawStructure::new(context, "acceleration structure", size.triangles, T::BOTTOM_LEVEL)?;
+        let instance = Buffer::new(context, "acceleration instance", StructureDesc::INSTANCE, BufferKind::Device)?;
+        // A row of the matrix is (1 0 0 0), (0 1 0 0), (0 0 1 0); then number and mask, and no flags.
+        let one = 1f32.to_bits();
+        let address = triangles.address();
+        let words =
+            [[one, 0, 0, 0], [0, one, 0, 0], [0, 0, one, 0], [0xff00_0000, 0, address as u32, (address >> 32) as u32]];
+        upload_into(context, &instance, words.as_flattened())?;
+        Ok(Self {
+            desc,
+            triangles: Arc::new(triangles),
+            top: Arc::new(RawStructure::new(context, "acceleration top", size.top, T::TOP_LEVEL)?),
+            instance,
+            scratch: Buffer::new(context, "acceleration scratch", size.scratch, BufferKind::Structure)?,
+        })
+    }
+
+    pub fn desc(&self) -> &StructureDesc {
+        &self.desc
+    }
+
+    /// Bytes that both structures take.
+    pub fn bytes(&self) -> u64 {
+        self.triangles.memory.bytes() + self.top.memory.bytes()
+    }
+}

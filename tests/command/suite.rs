@@ -2,7 +2,6 @@
 //! written.
 
 use std::fs;
-use std::path::Path;
 
 use twobounce::lab::table::{CsvRow, from_csv};
 use twobounce::layers::{Aov, Layers};
@@ -168,9 +167,9 @@ fn nonsense_is_refused_and_leaves_no_file() {
         (&["--suite", "nowhere"], &["nowhere"]),
     ];
     for (args, words) in cases {
-        let said = folder.refused(&[&["suite", "-o", "out"][..], args].concat());
+        let said = folder.refused(&[&["suite", "-o", "new"][..], args].concat());
         assert!(words.iter().all(|word| said.contains(word)), "{args:?}: {said}");
-        assert!(!folder.path("out").exists(), "{args:?} leaves a folder");
+        assert!(!folder.path("new").exists(), "{args:?} leaves a folder");
     }
     // A folder of something else keeps what it has, and so does one whose rows are other ones.
     for (name, text) in [("README.md", "My notes\n"), ("rows.csv", "a,b\n1,2\n")] {
@@ -183,6 +182,6 @@ fn nonsense_is_refused_and_leaves_no_file() {
     }
     // Without its reference an image cannot be judged, and the sentence says how to make it.
     fs::remove_file(folder.path("suite/references/cornell-point-32.exr")).unwrap();
-    let said = folder.refused(&["suite", "cornell-point", "--import", "A=good.exr,1", "-o", "out"]);
-    assert!(said.contains("twobounce suite cornell-point --references") && !Path::new("out").exists(), "{said}");
+    let said = folder.refused(&["suite", "cornell-point", "--import", "A=good.exr,1", "-o", "new"]);
+    assert!(said.contains("twobounce suite cornell-point --references") && !folder.path("new").exists(), "{said}");
 }

@@ -222,7 +222,7 @@ fn text(value: &Value) -> String {
 }
 
 /// Six digits are more than a time repeats to and an error means.
-fn short(value: f64) -> String {
+pub(super) fn short(value: f64) -> String {
     let digits = if value == 0.0 || !value.is_finite() { 0 } else { 5 - value.abs().log10().floor() as i32 };
     let rounded = format!("{value:.*}", digits.max(0) as usize);
     if rounded.contains('.') { rounded.trim_end_matches('0').trim_end_matches('.').to_owned() } else { rounded }

@@ -295,7 +295,7 @@ impl ChartScene {
 }
 
 /// `subtract`: `None` where the indirect light is not judged.
-fn errors(images: &Images, subtract: Option<Subtract>, reference: &ReferenceImage) -> Result<Errors> {
+pub(super) fn errors(images: &Images, subtract: Option<Subtract>, reference: &ReferenceImage) -> Result<Errors> {
     let compare = |image| metrics::compare(image, &reference.layers, subtract.unwrap_or(Subtract::Own));
     let whole = compare(&images.whole)?;
     let equal = images.equal.as_ref().map(compare).transpose()?;

@@ -15,6 +15,7 @@ pub mod picture;
 pub mod plan;
 pub mod row;
 pub mod study;
+pub mod suite;
 pub mod svg;
 
 /// Version of the rows as kept between calls; it increases when a key changes its name, unit or meaning, and when there

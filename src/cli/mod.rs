@@ -33,6 +33,7 @@ mod share;
 mod shell;
 mod stability;
 mod study;
+mod suite;
 mod threads;
 mod tonemap;
 #[cfg(feature = "window")]
@@ -80,6 +81,8 @@ enum Command {
     Chart(chart::ChartArgs),
     /// Measure where methods fail: leaks, flicker, lost light and more, each a number with an ideal
     Stability(stability::StabilityArgs),
+    /// Hold an image of any renderer against the suite of scenes, beside other renderers' rows
+    Suite(suite::SuiteArgs),
     /// Put together what several machines made: charts, rows of stability, films of references
     Merge(merge::MergeArgs),
     /// Measure what each pass of a frame costs, per voxel, pixel and cone step, and how that grows
@@ -182,6 +185,7 @@ fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
         Command::Chart(args) => chart::run(args),
         Command::Study(args) => study::run(args),
         Command::Stability(args) => stability::run(args),
+        Command::Suite(args) => suite::run(args),
         Command::Settings(args) => settings::run(args),
         Command::Info(args) => info::run(args),
         Command::Completions(args) => shell::complete(args, Cli::command()),

@@ -31,6 +31,7 @@ mod shell;
 mod sky;
 mod stability;
 mod study;
+mod suite;
 mod tonemap;
 mod view;
 mod vk_missing;

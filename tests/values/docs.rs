@@ -119,6 +119,7 @@ fn the_page_of_usage_names_every_command_and_flag() {
 fn pages() -> Vec<String> {
     let mut found = vec![];
     files(&root().join("docs"), &mut found);
+    files(&root().join("suite"), &mut found);
     let pages = found.iter().filter(|path| path.extension().is_some_and(|extension| extension == "md"));
     let pages = pages.map(|path| path.strip_prefix(root()).unwrap().to_str().unwrap().to_owned());
     pages

@@ -44,5 +44,6 @@ mod scene_values;
 mod settings;
 mod shaders;
 mod strengths;
+mod suite;
 mod talk;
 mod twins_values;

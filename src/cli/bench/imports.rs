@@ -22,13 +22,17 @@ pub struct ImportArgs {
 }
 
 impl ImportArgs {
+    /// The images of all flags, not read yet.
+    pub fn named(&self) -> Result<Vec<Named>> {
+        let typed = self.imports.iter().map(|text| Named::parse(text)).collect::<Result<Vec<_>>>()?;
+        let listed = self.lists.iter().map(|path| Named::read(path)).collect::<Result<Vec<_>>>()?;
+        Ok(typed.into_iter().chain(listed.into_iter().flatten()).collect())
+    }
+
     /// Reads and checks the images; none has the name of another one or of one of `others`.
     pub fn open(&self, size: (u32, u32), others: &[Row]) -> Result<Vec<Row>> {
-        let typed = self.imports.iter().map(|text| Named::parse(text));
-        let listed = self.lists.iter().map(|path| Named::read(path)).collect::<Result<Vec<_>>>()?;
         let mut imports: Vec<Row> = Vec::new();
-        for named in typed.chain(listed.into_iter().flatten().map(Ok)) {
-            let named = named?;
+        for named in self.named()? {
             let scene = named.scene.as_deref().unwrap_or_default();
             let same_scene = |row: &Row| row.scene == scene || row.scene.is_empty() || scene.is_empty();
             let name = &named.name;

@@ -18,13 +18,13 @@ use crate::say;
 const VERSION: u32 = 1;
 
 #[derive(Args, Debug)]
+#[command(after_help = COLUMNS)]
 pub struct CompareArgs {
     /// The image to judge
     #[arg(value_name = "IMAGE.exr")]
     pub image: PathBuf,
-    /// The image to compare with. If both files have a direct layer, the indirect light is also compared by itself (indirect);
-    /// if this file also has a diffuse layer, then once more over the pixels that show no metal, glass or sky
-    /// (indirect_diffuse). docs/accuracy.md has the formulas
+    /// The image to compare with. The row indirect needs a direct layer in both files, and the row indirect_diffuse
+    /// also a diffuse layer in this one (`twobounce reference --aov direct,diffuse`)
     #[arg(value_name = "REFERENCE.exr")]
     pub reference: PathBuf,
     /// Write the numbers as JSON
@@ -36,6 +36,19 @@ pub struct CompareArgs {
     #[command(flatten)]
     pub limits: Limits,
 }
+
+/// The columns and rows that are printed, for `--help`.
+const COLUMNS: &str = "The columns of the output, over the pixels of a row (best value in brackets):
+  energy  sum of the image over sum of the reference (1)
+  rel     sum of |image - reference| over sum of the reference (0)
+  relmse  mean of the squared relative error of a pixel (0)
+  p95     relative error that 95 % of the pixels do not exceed (0)
+  flip    mean visible difference by NVIDIA's LDR-FLIP, of the whole image (0)
+The rows:
+  total             the whole image
+  indirect          image and reference without their direct layers
+  indirect_diffuse  the same over pixels of diffuse surfaces: no metal, glass or sky
+docs/accuracy.md has the formulas.";
 
 /// Declares a flag per limit, and pairs each with its words and the number that it limits.
 macro_rules! limits {
@@ -122,6 +135,15 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
     threads::start_pool()?;
     if let Some(folder) = args.out.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
         return Err(Error::file(folder, "is a file; --out takes a folder").into());
+    }
+    for path in [&args.image, &args.reference] {
+        let display = path
+            .extension()
+            .is_some_and(|ending| ["png", "jpg", "jpeg"].iter().any(|e| ending.eq_ignore_ascii_case(e)));
+        if display {
+            let why = "is an image for a display; compare takes linear radiance: write it again with -o NAME.exr";
+            return Err(Error::file(path, why).into());
+        }
     }
     let (image, header) = Layers::read_exr(&args.image)?;
     let (reference, reference_header) = Layers::read_exr(&args.reference)?;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plants the faults of tests/faults/faults.toml, one at a time, and writes into docs/faults.md which test caught which.
+"""Plants the faults of tests/faults/faults.toml, one at a time, and writes into docs/notes/faults.md which test caught which.
 
 The tracked files are copied into target/faults/tree, and everything is built and run there: the repository itself is never
 touched but for the page. A fault of a shader is planted at run time first, in a copy of the GLSL that the tests on a device take

@@ -1,4 +1,4 @@
-//! Makes the pictures of `docs/talk.md`, the talk's slides one by one, and fills its table of times.
+//! Makes the pictures of `docs/notes/talk.md`, the talk's slides one by one, and fills its table of times.
 
 use std::path::Path;
 
@@ -25,7 +25,7 @@ pub fn run(keep_times: bool) -> Result<()> {
     all.push(traced(ev)?);
     for (name, bytes) in all {
         file::write(&docs.join("talk").join(name), &bytes)?;
-        println!("docs/talk/{name}: {} bytes", bytes.len());
+        println!("docs/notes/talk/{name}: {} bytes", bytes.len());
     }
     if !keep_times {
         let times = times()?;

@@ -153,8 +153,8 @@ const TOP: &[Key] = &[
         names!(Bounces),
         "indirect bounces; all: each frame starts from the light of the last one. The first frame is repeated until the light \
          changes by less than 0.1 %, at most 64 times",
-        "2 adds a volume and, mostly, its shading; all: both volumes gather, 2 bounces a frame; with rays, one bounce a frame, \
-         and none once the mean of a still scene is made",
+        "2 also shades and stores a second bounce; all: two bounces a frame, with rays one, and none once a still scene \
+         has converged",
     ),
 ];
 

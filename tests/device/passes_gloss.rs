@@ -1,5 +1,5 @@
 //! Reflections, glass, penumbrae and ambient occlusion against the path tracer, on scenes made for them
-//! (`tests/common/gloss.rs`), and the page that says how close they come: `docs/specular.md`. Where an image changed for the
+//! (`tests/common/gloss.rs`), and the page that says how close they come: `docs/notes/specular.md`. Where an image changed for the
 //! better, TWOBOUNCE_WRITE_DOCS=1 with TWOBOUNCE_TEST_MORE=1 writes the page anew.
 
 use crate::gloss;
@@ -209,7 +209,7 @@ lamps, and what the row names. `rel` is mean |error| over mean reference, of the
 
 #[test]
 fn gloss_is_as_close_as_its_page_says() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/specular.md");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/notes/specular.md");
     let written = std::fs::read_to_string(&page).unwrap_or_default();
     let mut lines = Vec::new();
     let mut wrong = Vec::new();
@@ -252,14 +252,17 @@ fn gloss_is_as_close_as_its_page_says() {
     }
     assert!(
         written.starts_with(HEAD) && (!more::all() || written[HEAD.len()..].lines().count() == lines.len()),
-        "docs/specular.md is of other rows"
+        "docs/notes/specular.md is of other rows"
     );
     let rows: HashMap<&str, Vec<f64>> = written[HEAD.len()..].lines().map(read_line).collect();
     for (start, values) in &lines {
-        let stated = rows.get(start.as_str()).unwrap_or_else(|| panic!("docs/specular.md lacks {start}"));
+        let stated = rows.get(start.as_str()).unwrap_or_else(|| panic!("docs/notes/specular.md lacks {start}"));
         for (stated, value) in stated.iter().zip(values) {
             // Rounding to a hundredth, and drivers that filter and rasterise a little differently.
-            assert!((stated - value).abs() < 0.02, "docs/specular.md is stale: {start} {stated} is {value:.3} now");
+            assert!(
+                (stated - value).abs() < 0.02,
+                "docs/notes/specular.md is stale: {start} {stated} is {value:.3} now"
+            );
         }
     }
 }

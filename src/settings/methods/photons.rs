@@ -90,7 +90,7 @@ table! {
 
 switches! {
     /// Faults that the notes print and that are neither a choice nor a number above, each on its own.
-    "photons.ledger", "see docs/photons.md";
+    "photons.ledger", "see docs/notes/photons.md";
     beer 0 "exponent of Beer's law, with composite = over: diameter/increment, or length/edge",
     steps 1 "spheres: h' = (h + hR)/(1 − R) for every R, or bounded",
     still 2 "where R or h is 0: the recursion stands still, or spheres are photons.least_step wide",

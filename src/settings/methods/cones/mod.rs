@@ -102,8 +102,8 @@ table! {
 }
 
 switches! {
-    /// The rows of `docs/ledger.md` that change an image and are neither a choice nor a number above.
-    "cones.ledger", "see docs/ledger.md";
+    /// The rows of `docs/notes/ledger.md` that change an image and are neither a choice nor a number above.
+    "cones.ledger", "see docs/notes/ledger.md";
     d1 1 "D1: which volumes the −x −y −z mips read",
     d2 2 "D2: the −y mip's fourth column",
     d6 6 "D6: the axis of cone set 6a",

@@ -26,7 +26,7 @@ use twobounce::stability::markdown::summary;
 #[derive(Parser)]
 #[command(about = "Measures the numbers of pages in docs/, and makes their pictures")]
 enum Page {
-    /// Prints for docs/plan.md what frames of scenes of different kinds do, take, and do without being asked
+    /// Prints for docs/notes/plan.md what frames of scenes of different kinds do, take, and do without being asked
     Audit {
         #[arg(default_values = ["assets/cornell-point.glb", "assets/gallery.glb", "assets/demo.glb"])]
         scenes: Vec<PathBuf>,
@@ -54,13 +54,13 @@ enum Page {
     Noise(noise::Noise),
     /// Prints for docs/notes/noise.md random scenes against the path tracer
     Random(noise::Random),
-    /// Prints the table of docs/plan.md
+    /// Prints the table of docs/notes/plan.md
     Plan(plan::Plan),
     /// Prints for docs/notes/costs.md what a tree that is only refitted costs rays
     Refit { scenes: Vec<PathBuf> },
     /// Fills the tables of docs/stability.md from docs/stability-rows.csv
     Stability,
-    /// Fills the tables of README.md, docs/accuracy.md and docs/strengths.md
+    /// Fills the tables of README.md, docs/accuracy.md and docs/notes/strengths.md
     Strengths {
         /// The presets whose leaks and noise are measured again, or none; the other lines stay
         #[arg(value_delimiter = ',', default_values = tables::CHOSEN)]

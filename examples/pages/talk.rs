@@ -20,7 +20,7 @@ const FRAMES: usize = 3;
 
 /// `keep_times` leaves the table of times as it is on the page.
 pub fn run(keep_times: bool) -> Result<()> {
-    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/notes");
     let (mut all, ev) = pictures::rendered(pictures::IMAGE_SIZE)?;
     all.push(traced(ev)?);
     for (name, bytes) in all {

@@ -57,7 +57,7 @@ macro_rules! limits {
         #[derive(Args, Debug)]
         pub struct Limits {
             $(
-                #[arg(long, value_name = "X", help = concat!("Exit with 1 if ", $words, " is above this"))]
+                #[arg(long, value_name = "X", help = concat!("Exit with 1 if ", $words, " is above this"), allow_negative_numbers = true)]
                 #[arg(value_parser = number(|x| x >= 0.0, "write a number, at least 0"))]
                 pub $flag: Option<f64>,
             )+
@@ -136,15 +136,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
     if let Some(folder) = args.out.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
         return Err(Error::file(folder, "is a file; --out takes a folder").into());
     }
-    for path in [&args.image, &args.reference] {
-        let display = path
-            .extension()
-            .is_some_and(|ending| ["png", "jpg", "jpeg"].iter().any(|e| ending.eq_ignore_ascii_case(e)));
-        if display {
-            let why = "is an image for a display; compare takes linear radiance: write it again with -o NAME.exr";
-            return Err(Error::file(path, why).into());
-        }
-    }
+    [&args.image, &args.reference].into_iter().try_for_each(|path| outputs::refuse_display_image(path))?;
     let (image, header) = Layers::read_exr(&args.image)?;
     let (reference, reference_header) = Layers::read_exr(&args.reference)?;
     let (comparison, needs) =

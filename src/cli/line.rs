@@ -164,7 +164,9 @@ impl Shown {
             None => {}
         }
         let own = self.left.map(|(since, left)| (left.saturating_sub(now - since), false));
-        match own.or_else(|| self.frame.as_ref()?.left(now)) {
+        let left = own.or_else(|| self.frame.as_ref()?.left(now));
+        // A lower bound of nothing says nothing.
+        match left.filter(|(left, at_least)| !at_least || *left >= Duration::from_secs(1)) {
             Some((left, at_least)) => {
                 words + &format!(", {} {} left", if at_least { "at least" } else { "about" }, duration(left))
             }

@@ -18,7 +18,7 @@ pub fn markdown() -> String {
     }
     page += "\n## Keys\n\n\
          The column *value* begins with the value in the first preset that uses the key, which is `balanced` for common\n\
-         keys. Presets with other values follow. A range ends with the unit in brackets. The first table of each part has\n\
+         keys. Presets with other values follow, and *others* are all remaining ones that use the key. A range ends with the unit in brackets. The first table of each part has\n\
          the common settings, and the next ones those that `twobounce settings --all` adds.\n";
     for part in std::iter::once(None).chain(Method::ALL.iter().copied().map(Some)) {
         let keys: Vec<&Key> = keys().iter().filter(|key| key.method() == part).collect();
@@ -77,9 +77,10 @@ fn values(key: &Key, presets: &[(&str, Settings)]) -> String {
             None => found.push((value, vec![format!("`{name}`")])),
         }
     }
-    let words = found.iter().enumerate().map(|(i, (value, names))| match i {
-        0 => value.clone(),
-        _ => format!("{}: {value}", names.join(", ")),
-    });
-    words.collect::<Vec<_>>().join("; ")
+    // The largest group of at least three comes last, under one name.
+    let largest = (1..found.len()).max_by_key(|i| found[*i].1.len()).filter(|i| found[*i].1.len() >= 3);
+    let named = (1..found.len()).filter(|i| Some(*i) != largest);
+    let others = named.map(|i| format!("; {}: {}", found[i].1.join(", "), found[i].0)).collect::<String>();
+    let rest = largest.map_or(String::new(), |i| format!("; others: {}", found[i].0));
+    found.first().map_or(String::new(), |(value, _)| value.clone()) + &others + &rest
 }

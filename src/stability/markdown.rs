@@ -17,7 +17,7 @@ fn measured<'a>(all: &[&'a Line]) -> Vec<(&'static Case, Vec<&'a Line>)> {
     cases::all().map(of_case).filter(|(_, lines)| !lines.is_empty()).collect()
 }
 
-/// The short page, `docs/stability.md`, with its tables filled.
+/// The short page, `docs/stability.md`, with its table filled.
 ///
 /// # Errors
 /// A sentence about the line of `csv` that cannot be read, or about a mark of `page` without an end.
@@ -25,17 +25,7 @@ pub fn summary(csv: &str, page: &str) -> Result<String, String> {
     let lines = read_csv(csv)?;
     let all: Vec<&Line> = lines.iter().collect();
     let cases = measured(&all);
-    let definition = |(case, _): &(&Case, Vec<&Line>)| {
-        let limit = format!("±{}", case.unit.words(case.limit));
-        [case.name.clone(), case.meaning.clone(), case.unit.words(case.ideal), limit]
-    };
-    let table = |name: &str, _: &str| {
-        Ok(match name {
-            "overview" => overview(&all, &cases, "notes/stability.md"),
-            _ => markdown(["case", "measured number", "ideal", "limit"], "--:", cases.iter().map(definition)),
-        })
-    };
-    fill(page, table).map_err(|error| error.to_string())
+    fill(page, |_, _| Ok(overview(&all, &cases, "notes/stability.md"))).map_err(|error| error.to_string())
 }
 
 /// The page of a table.
@@ -168,12 +158,10 @@ slide,fast,64,share,0,0.01,0.01,0.01,0.01,\"0.1, 0.2\",worst 1 % of pixels = 0.1
         );
         assert!(page.contains("| case | ideal | `fast` | `cones` |"));
         assert!(super::page("nonsense").is_err());
-        let marks = "<!-- table: overview -->\n<!-- end -->\n<!-- table: cases -->\n<!-- end -->\n";
-        let summary = super::summary(TABLE, marks).unwrap();
+        let summary = super::summary(TABLE, "<!-- table: overview -->\n<!-- end -->\n").unwrap();
         assert!(
             summary.contains("| [leak-1](notes/stability.md#leak-1) | 0 | 0 | **2.000 % (3.000 %)** |"),
             "{summary}"
         );
-        assert!(summary.contains("| case | measured number | ideal | limit |") && summary.contains("| ±0.100 % |"));
     }
 }

@@ -195,13 +195,22 @@ const SHORT: [&str; 5] = ["lacquer", "two mirrors", "glass ball", "penumbra of 0
 
 const HEAD: &str = "# Mirrors, glass, penumbrae and occlusion against the truth
 
-Written by `tests/device/passes_gloss.rs` (`TWOBOUNCE_TEST_MORE=1 TWOBOUNCE_WRITE_DOCS=1 cargo test --release --test device passes_gloss`), which also checks it (`make test` five of the scenes, `make test-more` all).
-The scenes are those of `tests/common/gloss.rs`: six metal or black lacquered spheres of roughness 0, 0.2, 0.4, 0.6, 0.8 and 1 in
-a checkered room with a lamp; a glass ball and a thin pane before a checkered wall; two mirrors at a right angle,
-which show a checkered wall behind the camera; a block over a floor, lit by a light of that
-radius; a block in a corner under an even sky. 64×64 pixels, 64³ voxels, preset `cones`, 16 points on
-lamps, and what the row names. `rel` is mean |error| over mean reference, of the part of the image that the row is about, sphere by sphere for the rows;
-`energy` is its mean over the reference's, over all spheres.
+This note compares mirrors, glass, penumbrae and ambient occlusion with the path tracer, for readers who look for the
+error of single effects. `tests/device/passes_gloss.rs` measures and checks it (`make test` five of the scenes,
+`make test-more` all), and writes it with
+`TWOBOUNCE_TEST_MORE=1 TWOBOUNCE_WRITE_DOCS=1 cargo test --release --test device passes_gloss`.
+
+The scenes are in `tests/common/gloss.rs`:
+
+- six spheres of metal or black lacquer with roughness 0, 0.2, 0.4, 0.6, 0.8 and 1, in a checkered room with a lamp;
+- a glass ball and a thin pane before a checkered wall;
+- two mirrors at a right angle, which show a checkered wall behind the camera;
+- a block over a floor, lit by a light of the stated radius;
+- a block in a corner under a uniform sky.
+
+*64×64 pixels, 64³ voxels, preset `cones`, 16 points on lamps, and the settings of the row, on llvmpipe. `rel` is the
+error of the part of the image that the row is about; rows of spheres have a number for each sphere. `energy` is the
+mean over that of the reference, over all spheres. Smaller `rel` is better, and `energy` is best at 1.*
 
 | scene | settings | rel | energy |
 |---|---|---|---|

@@ -18,8 +18,9 @@ pub fn markdown() -> String {
     }
     page += "\n## Keys\n\n\
          The column *value* begins with the value in the first preset that uses the key, which is `balanced` for common\n\
-         keys. Presets with other values follow, and *others* are all remaining ones that use the key. A range ends with the unit in brackets. The first table of each part has\n\
-         the common settings, and the next ones those that `twobounce settings --all` adds.\n";
+         keys. Presets with other values follow, and *others* are all remaining ones that use the key. A range ends with\n\
+         the unit in brackets; counts are whole numbers. The first table of each part has the common settings, and the\n\
+         next ones those that `twobounce settings --all` adds.\n";
     for part in std::iter::once(None).chain(Method::ALL.iter().copied().map(Some)) {
         let keys: Vec<&Key> = keys().iter().filter(|key| key.method() == part).collect();
         if !keys.is_empty() {
@@ -42,8 +43,8 @@ fn table(keys: &[&Key]) -> String {
     for key in keys {
         let Key { name, unit, range, cost, .. } = key;
         let meaning = key.meaning.replace('|', "\\|");
-        let range =
-            if ["choice", "switch", "method"].contains(unit) { range.to_string() } else { format!("{range} ({unit})") };
+        let whole = range.to_string().replace("a whole number, ", "");
+        let range = if ["choice", "switch", "method"].contains(unit) { whole } else { format!("{whole} ({unit})") };
         page += &format!("| `{name}` | {meaning} | {} | {range} | {cost} |\n", values(key, &presets));
     }
     page

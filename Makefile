@@ -79,7 +79,7 @@ audit:  ## licences, sources and known faults of the dependencies (cargo-deny an
 	scripts/setup.sh audit
 	scripts/audit.sh
 
-faults:  ## plants faults, one at a time, and writes into docs/faults.md which test catches which: 40 minutes
+faults:  ## plants faults, one at a time, and writes into docs/notes/faults.md which test catches which: 40 minutes
 	scripts/setup.sh test
 	scripts/planted-faults.py
 

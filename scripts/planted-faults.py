@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plants the faults of tests/faults/faults.toml, one at a time, and writes into docs/faults.md which test caught which.
+"""Plants the faults of tests/faults/faults.toml, one at a time, and writes into docs/notes/faults.md which test caught which.
 
 The tracked files are copied into target/faults/tree, and everything is built and run there: the repository itself is never
 touched but for the page. A fault of a shader is planted at run time first, in a copy of the GLSL that the tests on a device take
@@ -25,7 +25,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 SCRATCH = ROOT / "target" / "faults"
 TREE = SCRATCH / "tree"
 GLSL = SCRATCH / "glsl"
-PAGE = ROOT / "docs" / "faults.md"
+PAGE = ROOT / "docs" / "notes" / "faults.md"
 # Most of the time goes into building: the package alone is built quickly, its dependencies as ever.
 CARGO = ["cargo", "--config", "profile.release.package.twobounce.opt-level=1"]
 ENVIRONMENT = {**os.environ, "CARGO_TARGET_DIR": str(SCRATCH / "target"), "CARGO_INCREMENTAL": "1"}
@@ -154,11 +154,12 @@ def write_page(faults, caught, device):
     lines = [
         "# Planted faults",
         "",
-        "Written by `make faults` (`scripts/planted-faults.py`). It plants each fault of `tests/faults/faults.toml` alone in a copy",
-        "of the tree, builds it, and runs tests until one fails; that test passes without the fault. It is not part of `make test`,",
-        "which only checks that every fault can still be planted and has its row (`tests/values/faults_listed.rs`).",
+        "This note lists faults that were planted in shaders and passes, and the test that caught each, for readers who judge the",
+        "tests. `make faults` (`scripts/planted-faults.py`) writes it: it plants each fault of `tests/faults/faults.toml` alone in a",
+        "copy of the tree, builds it, and runs tests until one fails. That test passes without the fault. `make test` only checks",
+        "that every fault can still be planted and has its row (`tests/values/faults_listed.rs`).",
         "",
-        f"Run on {device}.",
+        f"*Run on {device}.*",
         "",
         "| fault | what is wrong | file | caught by |",
         "|---|---|---|---|",

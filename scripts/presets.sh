@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Renders the gallery with every preset and by path tracing with unlimited bounces, into docs/presets.png, the picture of docs/methods.md.
+# Renders the gallery with every preset and by path tracing with unlimited bounces, into docs/presets.png and docs/methods/,
+# the pictures of docs/methods.md.
 # Needs ImageMagick. Usage: presets.sh
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -20,4 +21,14 @@ done
 convert "$out/accurate/compare.png" -crop "${size}x$size+$size+0" +repage "$out/truth.png"
 tiles+=(-label "path-traced, all light" "$out/truth.png")
 montage "${tiles[@]}" -tile 4x -geometry "${size}x$size+3+3" -background white -depth 8 docs/presets.png
-echo "wrote docs/presets.png"
+# Parts of the picture for the section of each method; a tile has 262x281 pixels with its label.
+mkdir -p docs/methods
+while read -r method part; do
+  convert docs/presets.png -crop "$part" +repage -depth 8 -strip "docs/methods/$method.png"
+done <<END
+rays 786x281+0+562
+cones 1048x281+0+0
+photons 524x281+0+281
+lpv 524x281+524+281
+END
+echo "wrote docs/presets.png and docs/methods/"

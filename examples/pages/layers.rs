@@ -37,7 +37,9 @@ pub fn run() -> Result<()> {
     let section =
         format!("## {} ({})\n\n{}", context.name, context.driver, markdown(head.split('|'), "--:::::::-", rows));
     print!("{section}");
-    fill_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/layers.md"), |_, old| Ok(with_section(old, &section)))?;
+    fill_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/notes/layers.md"), |_, old| {
+        Ok(with_section(old, &section))
+    })?;
     Ok(())
 }
 

@@ -16,29 +16,31 @@ mod strengths;
 mod tables;
 mod talk;
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use twobounce::lab::table::fill_file;
+use twobounce::stability::markdown::summary;
 
 #[derive(Parser)]
 #[command(about = "Measures the numbers of pages in docs/, and makes their pictures")]
 enum Page {
-    /// Prints for docs/plan.md what frames of scenes of different kinds do, take, and do without being asked
+    /// Prints for docs/notes/plan.md what frames of scenes of different kinds do, take, and do without being asked
     Audit {
         #[arg(default_values = ["assets/cornell-point.glb", "assets/gallery.glb", "assets/demo.glb"])]
         scenes: Vec<PathBuf>,
     },
-    /// Prints for docs/costs.md what each change of a renderer costs: the change itself, and the next frame
+    /// Prints for docs/notes/costs.md what each change of a renderer costs: the change itself, and the next frame
     Changes {
         #[arg(default_value = "assets/gallery.glb")]
         scene: PathBuf,
     },
     /// Fills the tables of docs/devices.md
     Devices,
-    /// Prints for docs/study/rooms/README.md what changes from frame to frame in a camera's flight
+    /// Prints for docs/notes/study/rooms/README.md what changes from frame to frame in a camera's flight
     Flight(flight::Flight),
-    /// Fills the section of this driver in docs/layers.md
+    /// Fills the section of this driver in docs/notes/layers.md
     Layers,
     /// Fills the table of docs/materials.md
     Materials {
@@ -48,21 +50,23 @@ enum Page {
         #[arg(default_value = "")]
         scene: String,
     },
-    /// Prints for docs/noise.md stability cases with changed settings
+    /// Prints for docs/notes/noise.md stability cases with changed settings
     Noise(noise::Noise),
-    /// Prints for docs/noise.md random scenes against the path tracer
+    /// Prints for docs/notes/noise.md random scenes against the path tracer
     Random(noise::Random),
-    /// Prints the table of docs/plan.md
+    /// Prints the table of docs/notes/plan.md
     Plan(plan::Plan),
-    /// Prints for docs/costs.md what a tree that is only refitted costs rays
+    /// Prints for docs/notes/costs.md what a tree that is only refitted costs rays
     Refit { scenes: Vec<PathBuf> },
-    /// Fills the tables of README.md, docs/accuracy.md and docs/study/strengths.md
+    /// Fills the tables of docs/stability.md from docs/stability-rows.csv
+    Stability,
+    /// Fills the tables of README.md, docs/accuracy.md and docs/notes/strengths.md
     Strengths {
         /// The presets whose leaks and noise are measured again, or none; the other lines stay
         #[arg(value_delimiter = ',', default_values = tables::CHOSEN)]
         presets: Vec<String>,
     },
-    /// Makes the pictures of docs/talk.md, and fills its table of times
+    /// Makes the pictures of docs/notes/talk.md, and fills its table of times
     Talk {
         #[arg(long)]
         keep_times: bool,
@@ -84,6 +88,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Page::Random(random) => random.run()?,
         Page::Plan(plan) => plan.run()?,
         Page::Refit { scenes } => refit::run(&scenes)?,
+        Page::Stability => {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/stability.md");
+            let rows = fs::read_to_string(path.with_file_name("stability-rows.csv"))?;
+            fs::write(&path, summary(&rows, &fs::read_to_string(&path)?)?)?;
+        }
         Page::Strengths { presets } => strengths::run(&presets)?,
         Page::Talk { keep_times } => talk::run(keep_times)?,
     }

@@ -32,8 +32,9 @@ pub fn run(folder: Option<PathBuf>, chosen: &str) -> Result<()> {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/materials.md");
     let before = std::fs::read_to_string(&page).map_err(|e| Error::file(&page, e.to_string()))?;
     let context = Context::new(&ContextOptions::default())?;
-    let mut table =
-        String::from("\n| scene | error (`rel`) | energy | the same on the material | |\n|---|---:|---:|---:|---:|\n");
+    let mut table = String::from(
+        "\n| scene | `rel` | energy | `rel` on the material | energy on the material |\n|---|---:|---:|---:|---:|\n",
+    );
     for scene in scenes() {
         let kept = before.lines().find(|line| line.starts_with(&format!("| {} |", scene.name)));
         if let Some(line) = kept.filter(|_| !scene.name.starts_with(chosen)) {

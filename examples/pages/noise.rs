@@ -1,4 +1,4 @@
-//! Whether the distances of `docs/stability.md` from ideals are noise of few rays, which falls with more, or stay.
+//! Whether the distances of `docs/notes/stability.md` from ideals are noise of few rays, which falls with more, or stay.
 
 use std::rc::Rc;
 use std::sync::atomic::AtomicBool;

@@ -1,4 +1,4 @@
-//! The pictures of `docs/talk.md`: a host of a frame that stops after the lists, and after the frame, to look at what is there.
+//! The pictures of `docs/notes/talk.md`: a host of a frame that stops after the lists, and after the frame, to look at what is there.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -33,7 +33,7 @@ const SLICE: u32 = 36;
 const BRIGHTER: f32 = 2.0;
 const AOVS: &[Aov] = &[Aov::Direct, Aov::Indirect];
 
-/// A picture's file in `docs/talk/`, and the bytes of the PNG.
+/// A picture's file in `docs/notes/talk/`, and the bytes of the PNG.
 pub type Named = (&'static str, Vec<u8>);
 
 /// The page's scene.

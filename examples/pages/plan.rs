@@ -1,4 +1,4 @@
-//! The table of `docs/plan.md`: on scenes of different kinds, what `twobounce plan` answers against the best of a full sweep of the
+//! The table of `docs/notes/plan.md`: on scenes of different kinds, what `twobounce plan` answers against the best of a full sweep of the
 //! same settings, and what both cost. A scene takes five to forty minutes on two slow cores.
 
 use std::path::{Path, PathBuf};

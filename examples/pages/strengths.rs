@@ -1,4 +1,4 @@
-//! Fills the tables of README.md, `docs/accuracy.md` and `docs/study/strengths.md`, a comparison of the methods in numbers. Errors, times
+//! Fills the tables of README.md, `docs/accuracy.md` and `docs/notes/strengths.md`, a comparison of the methods in numbers. Errors, times
 //! and memory are taken from the rows of the study; leaks and noise are measured.
 
 use std::path::Path;

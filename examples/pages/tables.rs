@@ -8,12 +8,12 @@ use twobounce::settings::PRESETS;
 use twobounce::{Error, Result};
 
 /// The pages that hold tables, from the project's root.
-pub const PAGES: &[&str] = &["README.md", "docs/accuracy.md", "docs/study/strengths.md"];
+pub const PAGES: &[&str] = &["README.md", "docs/accuracy.md", "docs/notes/strengths.md"];
 
-/// The rows that fill them, from the project's root, and the scenes of each that `docs/study/strengths.md` quotes.
+/// The rows that fill them, from the project's root, and the scenes of each that `docs/notes/strengths.md` quotes.
 pub const ROWS: &[(&str, &[&str])] = &[
-    ("docs/study/rows.csv", &["cornell-area", "cornell-point", "gallery"]),
-    ("docs/study/rooms/rows.csv", &["thick-walls", "atrium"]),
+    ("docs/notes/study/rows.csv", &["cornell-area", "cornell-point", "gallery"]),
+    ("docs/notes/study/rooms/rows.csv", &["thick-walls", "atrium"]),
 ];
 
 /// The presets in the order of every table. Presets without a row are left out.
@@ -31,7 +31,7 @@ pub const ORDER: &[&str] = &[
     "lpv-printed",
 ];
 
-/// The presets of `docs/study/strengths.md`, one for each way to use a method.
+/// The presets of `docs/notes/strengths.md`, one for each way to use a method.
 pub const CHOSEN: &[&str] = &["fast", "balanced", "accurate", "cones", "lpv", "photons"];
 
 /// The scene of the table of presets.

@@ -1,4 +1,4 @@
-//! Makes the pictures of `docs/talk.md`, the talk's slides one by one, and fills its table of times.
+//! Makes the pictures of `docs/notes/talk.md`, the talk's slides one by one, and fills its table of times.
 
 use std::path::Path;
 
@@ -20,12 +20,12 @@ const FRAMES: usize = 3;
 
 /// `keep_times` leaves the table of times as it is on the page.
 pub fn run(keep_times: bool) -> Result<()> {
-    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/notes");
     let (mut all, ev) = pictures::rendered(pictures::IMAGE_SIZE)?;
     all.push(traced(ev)?);
     for (name, bytes) in all {
         file::write(&docs.join("talk").join(name), &bytes)?;
-        println!("docs/talk/{name}: {} bytes", bytes.len());
+        println!("docs/notes/talk/{name}: {} bytes", bytes.len());
     }
     if !keep_times {
         let times = times()?;

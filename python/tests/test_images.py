@@ -90,7 +90,7 @@ def test_the_same_call_gives_the_same_bits(box):
 
 
 def test_rows_of_a_chart_are_dictionaries():
-    rows = twobounce.read_rows(ROOT / "docs/study")
+    rows = twobounce.read_rows(ROOT / "docs/notes/study")
     assert len(rows) > 10 and all(isinstance(row, dict) for row in rows)
     with pytest.raises(twobounce.Error, match="no rows"):
         twobounce.read_rows(ROOT / "docs")

@@ -97,7 +97,7 @@ pub fn same_depth(scene: &Scene, settings: &Settings) -> Depth {
     let sky_alone = scene.sky != glam::Vec3::ZERO && scene.lights.is_empty() && !scene.emits();
     match settings.bounces {
         Bounces::All => Depth::Full,
-        finite => Depth::Bounces(finite.volumes() - u32::from(sky_alone)),
+        finite => Depth::Bounces(finite.stored() - u32::from(sky_alone)),
     }
 }
 

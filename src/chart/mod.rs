@@ -2,7 +2,7 @@
 //!
 //! [`plan`] lists settings, [`measure`] makes a [`row::Row`] of each, and of the path tracer and of images of other programs
 //! ([`import`]); [`crate::lab::store`] keeps rows between calls, the other modules write files.
-//! [`study`] is the plan behind `docs/study/`.
+//! [`study`] is the plan behind `docs/notes/study/`.
 
 pub mod export;
 pub mod frontier;

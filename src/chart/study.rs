@@ -1,4 +1,4 @@
-//! The default study: every preset, and every axis by itself on top of a preset. It fills the tables of `docs/study/README.md`.
+//! The default study: every preset, and every axis by itself on top of a preset. It fills the tables of `docs/notes/study/README.md`.
 
 use std::collections::BTreeSet;
 

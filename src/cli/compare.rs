@@ -18,13 +18,13 @@ use crate::say;
 const VERSION: u32 = 1;
 
 #[derive(Args, Debug)]
+#[command(after_help = COLUMNS)]
 pub struct CompareArgs {
     /// The image to judge
     #[arg(value_name = "IMAGE.exr")]
     pub image: PathBuf,
-    /// The image to compare with. If both files have a direct layer, the indirect light is also compared by itself (indirect);
-    /// if this file also has a diffuse layer, then once more over the pixels that show no metal, glass or sky
-    /// (indirect_diffuse). docs/accuracy.md has the formulas
+    /// The image to compare with. The row indirect needs a direct layer in both files, and the row indirect_diffuse
+    /// also a diffuse layer in this one (`twobounce reference --aov direct,diffuse`)
     #[arg(value_name = "REFERENCE.exr")]
     pub reference: PathBuf,
     /// Write the numbers as JSON
@@ -37,6 +37,19 @@ pub struct CompareArgs {
     pub limits: Limits,
 }
 
+/// The columns and rows that are printed, for `--help`.
+const COLUMNS: &str = "The columns of the output, over the pixels of a row (best value in brackets):
+  energy  sum of the image over sum of the reference (1)
+  rel     sum of |image - reference| over sum of the reference (0)
+  relmse  mean of the squared relative error of a pixel (0)
+  p95     relative error that 95 % of the pixels do not exceed (0)
+  flip    mean visible difference by NVIDIA's LDR-FLIP, of the whole image (0)
+The rows:
+  total             the whole image
+  indirect          image and reference without their direct layers
+  indirect_diffuse  the same over pixels of diffuse surfaces: no metal, glass or sky
+docs/accuracy.md has the formulas.";
+
 /// Declares a flag per limit, and pairs each with its words and the number that it limits.
 macro_rules! limits {
     ($($flag:ident: $words:literal is |$of:ident| $number:expr;)+) => {
@@ -44,7 +57,7 @@ macro_rules! limits {
         #[derive(Args, Debug)]
         pub struct Limits {
             $(
-                #[arg(long, value_name = "X", help = concat!("Exit with 1 if ", $words, " is above this"))]
+                #[arg(long, value_name = "X", help = concat!("Exit with 1 if ", $words, " is above this"), allow_negative_numbers = true)]
                 #[arg(value_parser = number(|x| x >= 0.0, "write a number, at least 0"))]
                 pub $flag: Option<f64>,
             )+
@@ -123,6 +136,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
     if let Some(folder) = args.out.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
         return Err(Error::file(folder, "is a file; --out takes a folder").into());
     }
+    [&args.image, &args.reference].into_iter().try_for_each(|path| outputs::refuse_display_image(path))?;
     let (image, header) = Layers::read_exr(&args.image)?;
     let (reference, reference_header) = Layers::read_exr(&args.reference)?;
     let (comparison, needs) =

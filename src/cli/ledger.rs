@@ -36,7 +36,7 @@ pub struct LedgerArgs {
     /// The method whose source is measured: cones, lpv or photons
     #[arg(long, value_name = "METHOD", default_value = "cones", value_parser = method)]
     pub method: Method,
-    /// The page to write [default: docs/ledger.md, docs/lpv.md or docs/photons.md]
+    /// The page to write [default: docs/notes/ledger.md, docs/notes/lpv.md or docs/notes/photons.md]
     #[arg(short, long, value_name = "OUT.md")]
     pub output: Option<PathBuf>,
     /// Size of the images in pixels

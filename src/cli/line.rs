@@ -10,7 +10,7 @@ use twobounce::stage::duration;
 use twobounce::vk::Step;
 
 use super::threads;
-use course::Course;
+use course::{Course, stage};
 
 /// How often the line is written again where there is no terminal, and on one.
 const EVERY: Duration = Duration::from_secs(10);
@@ -20,10 +20,12 @@ const SHORT: Duration = Duration::from_millis(500);
 /// Characters: a longer line would wrap, and could not be rewritten.
 const WIDTH: usize = 79;
 
-static LINE: Mutex<Line> = Mutex::new(Line { quiet: false, work: None, on_terminal: false });
+static LINE: Mutex<Line> = Mutex::new(Line { quiet: false, verbose: false, work: None, on_terminal: false });
 
 struct Line {
     quiet: bool,
+    /// Whether the line names passes and bands.
+    verbose: bool,
     work: Option<Shown>,
     /// Whether a terminal shows it now.
     on_terminal: bool,
@@ -44,9 +46,6 @@ struct Shown {
 struct Pass {
     name: &'static str,
     share: f64,
-    began: Instant,
-    /// When its share was this.
-    at: Instant,
 }
 
 /// Work under way; the line goes when this is dropped.
@@ -90,6 +89,11 @@ pub fn be_quiet(quiet: bool) {
     line().quiet = quiet;
 }
 
+/// From now on, progress names passes and bands.
+pub fn be_verbose(verbose: bool) {
+    line().verbose = verbose;
+}
+
 pub fn is_quiet() -> bool {
     line().quiet
 }
@@ -116,9 +120,9 @@ fn write_now_and_then() {
     loop {
         std::thread::sleep(EVERY_ON_TERMINAL);
         let mut line = line();
-        let quiet = line.quiet;
+        let (quiet, verbose) = (line.quiet, line.verbose);
         let Some(work) = line.work.as_mut().filter(|_| !quiet) else { continue };
-        if let Some(text) = work.due(Instant::now(), terminal) {
+        if let Some(text) = work.due(Instant::now(), terminal, verbose) {
             let _ = std::io::stderr().write_all(text.as_bytes());
             line.on_terminal = terminal;
         }
@@ -134,44 +138,41 @@ impl Shown {
         if let Some(frame) = &mut self.frame {
             frame.step(step, now);
         }
-        let began = self.pass.as_ref().filter(|pass| pass.name == step.pass && step.share > 0.0);
-        let began = began.map_or(now, |pass| pass.began);
-        self.pass = Some(Pass { name: step.pass, share: step.share, began, at: now });
+        self.pass = Some(Pass { name: step.pass, share: step.share });
     }
 
     /// The text that is to be written now, if any.
-    fn due(&mut self, now: Instant, terminal: bool) -> Option<String> {
+    fn due(&mut self, now: Instant, terminal: bool, verbose: bool) -> Option<String> {
         let due = if terminal { now - self.began >= SHORT } else { now - self.written >= EVERY };
         due.then(|| {
             self.written = now;
-            let text: String = self.words(now).chars().take(WIDTH).collect();
+            let text: String = self.words(now, verbose).chars().take(WIDTH).collect();
             if terminal { format!("\r\x1b[K{text}") } else { format!("twobounce: {text}\n") }
         })
     }
 
-    fn words(&self, now: Instant) -> String {
+    /// What is being made, and how long the whole work still takes; where that is not known, how long it has taken.
+    fn words(&self, now: Instant, verbose: bool) -> String {
         let mut words = self.text.clone();
-        if let Some(pass) = &self.pass {
-            let band = self.frame.as_ref().and_then(|frame| frame.band(pass.name));
-            let band = band.map_or(String::new(), |band| band + ",");
-            words += &format!(": {}{band} {:.0} %", pass.name, 100.0 * pass.share);
+        match &self.pass {
+            Some(pass) if verbose => {
+                let band = self.frame.as_ref().and_then(|frame| frame.band(pass.name));
+                let band = band.map_or(String::new(), |band| band + ",");
+                words += &format!(": {}{band} {:.0} %", pass.name, 100.0 * pass.share);
+            }
+            Some(pass) => words += &format!(": {}", stage(pass.name)),
+            None => {}
         }
         let own = self.left.map(|(since, left)| (left.saturating_sub(now - since), false));
-        if let Some((left, at_least)) = own.or_else(|| self.frame.as_ref()?.left(now)) {
-            words + &format!(", {}{} left", if at_least { "at least " } else { "" }, duration(left))
-        } else {
-            let left = self.pass.as_ref().and_then(|pass| pass.left(now));
-            words + &left.map_or(String::new(), |left| format!(", {} left of this pass", duration(left)))
+        let left = own.or_else(|| self.frame.as_ref()?.left(now));
+        // A lower bound of nothing says nothing.
+        match left.filter(|(left, at_least)| !at_least || *left >= Duration::from_secs(1)) {
+            Some((left, at_least)) => {
+                words + &format!(", {} {} left", if at_least { "at least" } else { "about" }, duration(left))
+            }
+            None if self.pass.is_some() => words + &format!(", {} so far", duration(now - self.began)),
+            None => words,
         }
-    }
-}
-
-impl Pass {
-    /// How long it still takes if the rest takes as long as what is done; unknown at its beginning and of too little.
-    fn left(&self, now: Instant) -> Option<Duration> {
-        let spent = self.at - self.began;
-        let known = (0.01..1.0).contains(&self.share) && !spent.is_zero();
-        known.then(|| spent.mul_f64((1.0 - self.share) / self.share).saturating_sub(now - self.at))
     }
 }
 
@@ -196,17 +197,22 @@ mod tests {
         let began = Instant::now();
         let at = |seconds| began + Duration::from_secs(seconds);
         let mut work = Shown::new("duck".into(), began);
-        assert_eq!(work.due(at(0), true), None, "nothing at once");
-        assert_eq!(work.due(at(9), false), None, "nothing before ten seconds without a terminal");
-        work.step(Step { pass: "gather", turn: 0, share: 0.0 }, at(2));
-        work.step(Step { pass: "gather", turn: 0, share: 0.25 }, at(4));
-        assert_eq!(work.due(at(5), true).as_deref(), Some("\r\x1b[Kduck: gather 25 %, 5 s left of this pass"));
-        assert_eq!(work.due(at(5), false), None, "the last line is younger than ten seconds");
+        assert_eq!(work.due(at(0), true, false), None, "nothing at once");
+        assert_eq!(work.due(at(9), false, false), None, "nothing before ten seconds without a terminal");
+        work.step(Step { pass: "shade 1", turn: 0, share: 0.25 }, at(4));
+        assert_eq!(work.due(at(5), true, false).as_deref(), Some("\r\x1b[Kduck: light, 5 s so far"));
+        assert_eq!(work.words(at(5), true), "duck: shade 1 25 %, 5 s so far", "passes only with -v");
+        assert_eq!(work.due(at(5), false, false), None, "the last line is younger than ten seconds");
         work.left = Some((at(4), Duration::from_secs(125)));
-        assert_eq!(work.due(at(15), false).as_deref(), Some("twobounce: duck: gather 25 %, 1 min 54 s left\n"));
+        let line = work.due(at(15), false, false);
+        assert_eq!(line.as_deref(), Some("twobounce: duck: light, about 1 min 54 s left\n"));
         work.step(Step { pass: "image", turn: 0, share: 0.5 }, at(16));
         work.left = None;
-        assert_eq!(work.words(at(16)), "duck: image 50 %", "one look tells no speed");
+        assert_eq!(
+            work.words(at(16), false),
+            "duck: image, 16 s so far",
+            "without a frame nothing is known of the rest"
+        );
     }
 
     #[test]
@@ -221,9 +227,17 @@ mod tests {
         let mut work = Shown::new("duck, frame 1 of 3".to_owned(), began);
         work.frame = course(0, 2, None);
         work.step(Step { pass: "image", turn: 0, share: 0.5 }, at(1));
-        assert_eq!(work.words(at(1)), "duck, frame 1 of 3: image 1 of 4, 50 %, 23 s left");
+        assert_eq!(work.words(at(1), true), "duck, frame 1 of 3: image 1 of 4, 50 %, about 23 s left");
+        assert_eq!(work.words(at(1), false), "duck, frame 1 of 3: image, about 23 s left");
         work.frame = course(10, 1, Some(Duration::from_secs(10)));
         work.pass = None;
-        assert_eq!(work.words(at(12)), "duck, frame 1 of 3, 18 s left", "before the image the mean tells");
+        assert_eq!(work.words(at(12), false), "duck, frame 1 of 3, about 18 s left", "before the image the mean tells");
+        work.frame.as_mut().unwrap().open = true;
+        work.step(Step { pass: "image", turn: 0, share: 0.5 }, at(13));
+        assert_eq!(
+            work.words(at(13), false),
+            "duck, frame 1 of 3: image, 13 s so far",
+            "passes of unknown number follow"
+        );
     }
 }

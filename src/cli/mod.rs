@@ -46,7 +46,10 @@ use std::process::ExitCode;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 
-/// Renders glTF scenes with voxel cone tracing: two bounces of indirect light in real time.
+/// Renders glTF scenes with global illumination in Vulkan, and measures error and time against its own path tracer.
+///
+/// Four methods find the indirect light: exact rays to cached light (the default), voxel cones, photons in voxels, and
+/// light propagation volumes. `twobounce render scene.glb -o image.png` renders a picture.
 #[derive(Debug, Parser)]
 #[command(version, subcommand_required = true, arg_required_else_help = true, after_help = OWN_DOCS)]
 struct Cli {
@@ -56,8 +59,8 @@ struct Cli {
 
 /// The commands that the list hides.
 const OWN_DOCS: &str = "For this project's own pages and scenes:
-  study        Run the default study and write docs/study again
-  ledger       Measure what each error in the talk's listings changes, and write docs/ledger.md again
+  study        Run the default study and write docs/notes/study again
+  ledger       Measure what each error in the talk's listings changes, and write docs/notes/ledger.md again
   make-assets  Write the scenes in assets/ again";
 
 #[derive(Debug, Subcommand)]
@@ -67,7 +70,7 @@ enum Command {
     /// Look at a scene in a window
     #[cfg(feature = "window")]
     View(Box<view::ViewArgs>),
-    /// Play a sequence with everything that moves: in a window, to images, or as a benchmark
+    /// Play a scene in which everything moves: in a window, to images, or as a benchmark
     Demo(Box<demo::DemoArgs>),
     /// Path-trace a reference image on the CPU
     Reference(reference::ReferenceArgs),
@@ -75,30 +78,30 @@ enum Command {
     Compare(compare::CompareArgs),
     /// Make a .png or .jpg of the radiance in an .exr
     Tonemap(tonemap::TonemapArgs),
-    /// Find the cheapest settings that hold limits on error, time or memory, by measuring
+    /// Search for the cheapest settings within limits on error, time or memory, by measuring
     Plan(Box<plan::PlanArgs>),
     /// Chart error against time over many settings: a page, an SVG and rows
     Chart(chart::ChartArgs),
-    /// Measure where methods fail: leaks, flicker, lost light and more, each a number with an ideal
+    /// Measure leaks, flicker, lost light and other failures, each as a number with an ideal
     Stability(stability::StabilityArgs),
-    /// Hold an image of any renderer against the suite of scenes, beside other renderers' rows
+    /// Compare an image of any renderer with the references of the suite, beside the rows of other renderers
     Suite(suite::SuiteArgs),
-    /// Put together what several machines made: charts, rows of stability, films of references
+    /// Join the results of several machines: charts, rows of stability, samples of references
     Merge(merge::MergeArgs),
-    /// Measure what each pass of a frame costs, per voxel, pixel and cone step, and how that grows
+    /// Measure the time of each pass per voxel, pixel and step, and its growth
     Profile(profile::ProfileArgs),
-    /// List every setting, or print the settings that flags add up to
+    /// List every setting, or print the settings that flags select
     Settings(settings::SettingsCommandArgs),
-    /// List the Vulkan devices, what twobounce needs of them, and what they lack
+    /// List the Vulkan devices, the features that twobounce needs, and the missing ones
     Info(info::InfoArgs),
-    /// Print what a shell completes: bash, zsh, fish, elvish, powershell
+    /// Print completions for bash, zsh, fish, elvish or powershell
     Completions(shell::CompletionsArgs),
     /// Print the manual page, or write a page per command
     Man(shell::ManArgs),
-    /// Run the default study and write docs/study again
+    /// Run the default study and write docs/notes/study again
     #[command(hide = true)]
     Study(study::StudyArgs),
-    /// Measure what each error in the talk's listings changes, and write docs/ledger.md again
+    /// Measure what each error in the talk's listings changes, and write docs/notes/ledger.md again
     #[command(hide = true)]
     Ledger(ledger::LedgerArgs),
     /// Write the scenes in assets/ again

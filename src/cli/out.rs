@@ -15,7 +15,7 @@ use twobounce::output::file;
 use twobounce::{Error, Result};
 
 use super::line;
-pub use super::line::be_quiet;
+pub use super::line::{be_quiet, be_verbose};
 
 /// The first error other than a closed pipe.
 static FAILED: Mutex<Option<std::io::Error>> = Mutex::new(None);

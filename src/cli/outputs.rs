@@ -36,6 +36,18 @@ pub fn check(inputs: &[Option<&PathBuf>], outputs: &[Option<&PathBuf>]) -> Resul
     Ok(())
 }
 
+/// Refuses an input that is an image for a display where linear radiance is needed.
+pub fn refuse_display_image(path: &Path) -> Result<()> {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_lowercase();
+    if ["png", "jpg", "jpeg"].contains(&ending.as_str()) {
+        return Err(Error::file(
+            path,
+            "is an image for a display; write linear radiance with -o NAME.exr and name that",
+        ));
+    }
+    Ok(())
+}
+
 impl ImageFiles {
     /// Standard output.
     pub fn standard(kind: ImageKind) -> Self {

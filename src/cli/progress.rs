@@ -25,12 +25,16 @@ pub struct FrameProgress {
     began: Instant,
     done: u32,
     all: u32,
+    /// Whether passes whose number is not known yet refine the image.
+    pub refined: bool,
+    /// When a time limit ends the work, if it has one.
+    pub until: Option<Instant>,
 }
 
 impl FrameProgress {
     /// `work`: under way already, while passes are made.
     pub fn new(work: Work, all: u32) -> Self {
-        Self { work, began: Instant::now(), done: 0, all }
+        Self { work, began: Instant::now(), done: 0, all, refined: false, until: None }
     }
 
     /// `name`: of the scene whose frame is being made. `bands`: see [`twobounce::renderer::Renderer::bands`].
@@ -40,6 +44,7 @@ impl FrameProgress {
         self.work.is_at(text, None);
         let mut course = Course::new(Instant::now(), bands.0, bands.1);
         (course.after, course.mean) = (all - done - 1, (done > 0).then(|| self.began.elapsed() / done));
+        (course.open, course.until) = (self.refined, self.until);
         self.work.frame(course);
     }
 
@@ -48,6 +53,7 @@ impl FrameProgress {
         let of = needs.map_or(String::new(), |needs| format!(" of about {}", needs.max(has + 1)));
         self.work.is_at(format!("{name}, pass {}{of}", has + 1), None);
         let mut course = Course::new(Instant::now(), bands, 1);
+        (course.open, course.until) = (needs.is_none(), self.until);
         course.after = needs.map_or(0, |needs| needs.saturating_sub(has + 1));
         course.mean = Some(self.began.elapsed() / (self.done + has));
         self.work.frame(course);

@@ -75,10 +75,10 @@ pub struct RenderArgs {
     pub speed: f64,
     #[command(flatten)]
     pub refine: RefineArgs,
-    /// Print what each pass took, and what memory is taken
+    /// Print the time of each pass, the memory and the counters
     #[arg(long)]
     pub timings: bool,
-    /// Print what memory is taken
+    /// Print the memory and the counters, and name the pass that runs
     #[arg(short, long)]
     pub verbose: bool,
     /// Print nothing but notes and errors
@@ -98,6 +98,7 @@ pub struct RenderArgs {
 pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let began = Instant::now();
     out::be_quiet(args.quiet);
+    out::be_verbose(args.verbose || args.timings);
     let settings = args.settings.effective()?;
     args.scene.check()?;
     let files = image_files(args)?;
@@ -125,7 +126,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let options = RenderOptions { aovs: with_alpha(&args.aov), ..run_options(&opened, &args.run) };
     let (pose, _) = &opened.still;
     known_limits(&opened, &settings).iter().for_each(|note| warn(&opened, note));
-    let doing = context.compiled_anew().map_or("making passes", |_| "compiling pipelines, once");
+    let doing = context.compiled_anew().map_or("preparing", |_| "compiling shaders, once");
     let work = Work::begin(&format!("{}: {doing}", opened.scene.name));
     let renderer = Renderer::new(&context, opened.scene, pose, settings.clone(), options)?;
     report::say_compiled(&context);
@@ -145,6 +146,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     // Frames that warm up are not refined.
     session.refinement = Refinement::new(&refine, still, &session.settings, began)
         .map(|refinement| refinement.of_file(args.scene.path.display().to_string()));
+    session.frames.refined = session.refinement.is_some();
+    let limit = args.refine.time_limit.filter(|_| session.frames.refined);
+    session.frames.until = limit.and_then(|limit| began.checked_add(limit));
     match args.frames {
         Some(frames) => {
             session.choose_exposure(frames)?;
@@ -310,7 +314,9 @@ impl Session<'_> {
 
     /// The counters, and the table, the JSON and the trace as far as they were asked for.
     fn finish(mut self) -> Result<()> {
-        out::write(&report::counters_text(&self.timings));
+        if self.args.timings || self.args.verbose {
+            out::write(&report::counters_text(&self.timings));
+        }
         let noise = self.timings.all().last().and_then(|frame| frame.noise);
         if let (None, Some(noise)) = (&self.refinement, noise) {
             say!("noise of the image, by its passes: {:.2} %", 100.0 * noise);

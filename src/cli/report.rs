@@ -164,7 +164,7 @@ pub mod tests {
         let written: BTreeSet<String> = written.iter().map(key).collect();
         let page = include_str!("../../docs/json.md").trim_start_matches("# ");
         let part = page.split("\n# ").find(|part| part.starts_with(title)).expect("a part");
-        let cell = |line: &str| line.strip_prefix("| `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
+        let cell = |line: &str| line.strip_prefix("- `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
         assert_eq!(written, part.lines().filter_map(cell).collect());
         assert!(part.contains(&format!("`version` is {version}")));
     }

@@ -1,4 +1,4 @@
-//! `twobounce study`: the default study, from its table of axes to `docs/study/`.
+//! `twobounce study`: the default study, from its table of axes to `docs/notes/study/`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ pub struct StudyArgs {
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
     /// The folder for README.md, rows.csv and an SVG per scene
-    #[arg(short, long, value_name = "DIR", default_value = "docs/study")]
+    #[arg(short, long, value_name = "DIR", default_value = "docs/notes/study")]
     pub output: PathBuf,
     /// The folder that keeps rows, as `chart -o`; its index.html shows them all
     #[arg(long, value_name = "DIR", default_value = "out/study")]

@@ -34,6 +34,7 @@ pub fn run(args: &TonemapArgs) -> anyhow::Result<ExitCode> {
         return Err(Error::file(&args.output, "has another ending than .png or .jpg; name it so").into());
     }
     outputs::check(&[Some(&args.image)], &[Some(&args.output)])?;
+    outputs::refuse_display_image(&args.image)?;
     let (image, _) = Layers::read_exr(&args.image)?;
     image.write_shown(&args.output, args.display.display(&image))?;
     say!("wrote {}", out::name(&args.output));

@@ -32,7 +32,7 @@ impl<P> PerBounce<P> {
     /// Those of `make`.
     pub fn new(bounces: Bounces, keeps: bool, make: impl Fn(BounceDesc) -> Result<P>) -> Result<Self> {
         let [first, second] = if keeps { [DIRECT_KEPT, DIRECT_READ] } else { [DIRECT_FOUND; 2] };
-        let (again, two) = (bounces == Bounces::All, bounces.volumes() > 1);
+        let (again, two) = (bounces == Bounces::All, bounces.stored() > 1);
         Ok(Self {
             first: make(BounceDesc { bounce: 0, gathers: false, direct: first })?,
             again: again.then(|| make(BounceDesc { bounce: 0, gathers: true, direct: first })).transpose()?,

@@ -109,7 +109,7 @@ impl LightVolume {
     /// # Errors
     /// As [`Self::new`].
     pub fn per_bounce(context: &Arc<Context>, kind: VolumeKind, settings: &Settings) -> Result<Vec<Self>> {
-        let bounces = 0..settings.bounces.volumes() as usize;
+        let bounces = 0..settings.bounces.stored() as usize;
         bounces.map(|bounce| Self::new(context, kind, bounce, settings.voxels)).collect()
     }
 
@@ -117,7 +117,7 @@ impl LightVolume {
     pub fn plan(kind: &VolumeKind, settings: &Settings) -> Vec<MemoryRow> {
         let voxels: u64 = (0..=settings.voxels.ilog2()).map(|level| u64::from(settings.voxels >> level).pow(3)).sum();
         let bytes = kind.parts.iter().map(|part| 8 * u64::from(part.across).pow(2) * voxels).sum();
-        kind.rows[..settings.bounces.volumes() as usize].iter().map(|row| (*row, bytes)).collect()
+        kind.rows[..settings.bounces.stored() as usize].iter().map(|row| (*row, bytes)).collect()
     }
 
     fn parts(&self) -> impl Iterator<Item = (&'static Part, &Image)> {

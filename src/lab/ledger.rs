@@ -18,9 +18,9 @@ pub struct Ledger {
 }
 
 pub const LEDGERS: &[Ledger] = &[
-    Ledger::new(Method::Cones, "corrected", "docs/ledger.md", include_str!("../../docs/ledger.md")),
-    Ledger::new(Method::Lpv, "lpv", "docs/lpv.md", include_str!("../../docs/lpv.md")),
-    Ledger::new(Method::Photons, "photons", "docs/photons.md", include_str!("../../docs/photons.md")),
+    Ledger::new(Method::Cones, "corrected", "docs/notes/ledger.md", include_str!("../../docs/notes/ledger.md")),
+    Ledger::new(Method::Lpv, "lpv", "docs/notes/lpv.md", include_str!("../../docs/notes/lpv.md")),
+    Ledger::new(Method::Photons, "photons", "docs/notes/photons.md", include_str!("../../docs/notes/photons.md")),
 ];
 
 impl Ledger {

@@ -21,7 +21,13 @@ pub(crate) fn about(path: &Path, what: &str) -> Result<Metadata> {
 }
 
 pub(crate) fn unreadable(path: &Path, e: &std::io::Error) -> Error {
-    Error::file(path, format!("cannot be read: {e}"))
+    match e.kind() {
+        std::io::ErrorKind::NotFound => Error::file(path, "cannot be read: it does not exist; check the path"),
+        std::io::ErrorKind::PermissionDenied => {
+            Error::file(path, "cannot be read: permission is denied; allow it, or name another file")
+        }
+        _ => Error::file(path, format!("cannot be read: {e}")),
+    }
 }
 
 /// Refuses what needs so many bytes. `smaller`: what to name instead.

@@ -37,7 +37,7 @@ choices! {
     /// How much indirect light there is.
     Bounces {
         One = "1", Two = "2",
-        /// The last frame's second volume lights the first: two more bounces per frame.
+        /// Each frame starts from the stored light of the last one.
         All = "all",
     }
 
@@ -107,9 +107,9 @@ impl GatherResolution {
 }
 
 impl Bounces {
-    /// Volumes that are filled.
+    /// Bounces whose light a method stores.
     #[cfg_attr(not(internals), doc(hidden))]
-    pub fn volumes(self) -> u32 {
+    pub fn stored(self) -> u32 {
         if self == Self::One { 1 } else { 2 }
     }
 }

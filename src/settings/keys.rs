@@ -136,25 +136,23 @@ const TOP: &[Key] = &[
         "method",
         "method",
         names!(Method),
-        "how indirect light is found: not at all, by voxel cones as in the talk, by exact rays, by light propagation volumes, or by \
-         cones through voxel photons",
+        "method of indirect light: none, voxel cones as in the talk, exact rays, light propagation volumes, or cones through voxel photons",
         "see the presets",
     ),
     key(
         "voxels",
         "voxels per edge",
         Range::PowerOfTwo(16, 256),
-        "edge of the grid that lists triangles and stores light",
-        "memory ×8 per doubling (32 MiB at 64, 256 at 128, 2 GiB at 256); voxel passes up to ×8, the image ×1.1–1.3",
+        "edge of the grid of triangle lists and stored light",
+        "memory of a volume ×8 per doubling (cones: 32 MiB at 64, 256 at 128, 2 GiB at 256); voxel passes up to ×8, the image ×1.1–1.3",
     ),
     key(
         "bounces",
         "bounces",
         names!(Bounces),
-        "indirect bounces; all: each frame starts from the light of the last one. The first frame is repeated until the light \
-         changes by less than 0.1 %, at most 64 times",
-        "2 adds a volume and, mostly, its shading; all: both volumes gather, 2 bounces a frame; with rays, one bounce a frame, \
-         and none once the mean of a still scene is made",
+        "indirect bounces; all: each frame continues the light of the last one. The first frame repeats until the light changes by less than 0.1 %, at most 64 times",
+        "2 also shades and stores a second bounce; all: two bounces a frame, with rays one, and none once a still scene \
+         has converged",
     ),
 ];
 

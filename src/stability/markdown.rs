@@ -1,4 +1,5 @@
-//! The page `docs/stability.md`, from a table that is kept as `rows.csv`. Its prose stands in `page.md`.
+//! The tables of `docs/stability.md` and `docs/notes/stability.md`, from rows that are kept as `rows.csv`. The prose of
+//! the second page is in `page.md`.
 
 use std::collections::BTreeSet;
 
@@ -8,6 +9,25 @@ use super::export::{Line, read_csv};
 use crate::lab::table::{MISSING, fill, markdown};
 use crate::settings::PRESETS;
 
+/// The cases that have rows, and the rows of each.
+fn measured<'a>(all: &[&'a Line]) -> Vec<(&'static Case, Vec<&'a Line>)> {
+    let of_case = |case: &'static Case| -> (&'static Case, Vec<&'a Line>) {
+        (case, all.iter().copied().filter(|line| line.case == case.name).collect())
+    };
+    cases::all().map(of_case).filter(|(_, lines)| !lines.is_empty()).collect()
+}
+
+/// The short page, `docs/stability.md`, with its table filled.
+///
+/// # Errors
+/// A sentence about the line of `csv` that cannot be read, or about a mark of `page` without an end.
+pub fn summary(csv: &str, page: &str) -> Result<String, String> {
+    let lines = read_csv(csv)?;
+    let all: Vec<&Line> = lines.iter().collect();
+    let cases = measured(&all);
+    fill(page, |_, _| Ok(overview(&all, &cases, "notes/stability.md"))).map_err(|error| error.to_string())
+}
+
 /// The page of a table.
 ///
 /// # Errors
@@ -15,13 +35,10 @@ use crate::settings::PRESETS;
 pub fn page(csv: &str) -> Result<String, String> {
     let lines = read_csv(csv)?;
     let all: Vec<&Line> = lines.iter().collect();
-    let of_case = |case: &'static Case| -> (&'static Case, Vec<&Line>) {
-        (case, all.iter().copied().filter(|line| line.case == case.name).collect())
-    };
-    let cases: Vec<_> = cases::all().map(of_case).filter(|(_, lines)| !lines.is_empty()).collect();
+    let cases = measured(&all);
     let table = |name: &str, _: &str| {
         Ok(match name {
-            "overview" => overview(&all, &cases),
+            "overview" => overview(&all, &cases, ""),
             "advice" => cases.iter().map(|(case, lines)| sentence(&grids(&all), case, lines)).collect(),
             _ => cases.iter().map(|(case, lines)| section(&grids(&all), case, lines) + &further_table(lines)).collect(),
         })
@@ -59,14 +76,14 @@ fn coded(name: &str) -> String {
     format!("`{name}`")
 }
 
-/// Every case and preset on the middle grid.
-fn overview(all: &[&Line], cases: &[(&Case, Vec<&Line>)]) -> String {
+/// Every case and preset on the middle grid. `details`: the page that has a section for each case.
+fn overview(all: &[&Line], cases: &[(&Case, Vec<&Line>)], details: &str) -> String {
     let (grids, presets) = (grids(all), presets(all));
     let Some(grid) = grids.get((grids.len().max(1) - 1) / 2).copied() else { return String::new() };
     let row = |(case, lines): &(&Case, Vec<&Line>)| {
         // As pages make anchors of headings.
         let anchor: String = case.name.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').collect();
-        let first = [format!("[{}](#{anchor})", case.name), case.unit.words(case.ideal)];
+        let first = [format!("[{}]({details}#{anchor})", case.name), case.unit.words(case.ideal)];
         first.into_iter().chain(presets.iter().map(|preset| cell(case, find(lines, preset, grid)))).collect::<Vec<_>>()
     };
     let head = ["case", "ideal"].map(str::to_owned).into_iter().chain(presets.iter().map(|preset| coded(preset)));
@@ -141,5 +158,10 @@ slide,fast,64,share,0,0.01,0.01,0.01,0.01,\"0.1, 0.2\",worst 1 % of pixels = 0.1
         );
         assert!(page.contains("| case | ideal | `fast` | `cones` |"));
         assert!(super::page("nonsense").is_err());
+        let summary = super::summary(TABLE, "<!-- table: overview -->\n<!-- end -->\n").unwrap();
+        assert!(
+            summary.contains("| [leak-1](notes/stability.md#leak-1) | 0 | 0 | **2.000 % (3.000 %)** |"),
+            "{summary}"
+        );
     }
 }

@@ -9,7 +9,7 @@ use crate::settings::{LampLight, Settings};
 
 /// A wall's two long sides are at least such a share of the scene's longest.
 const WALL: f64 = 0.2;
-/// Below so many voxels of thickness walls leak: see `docs/stability.md`.
+/// Below so many voxels of thickness walls leak: see `docs/notes/stability.md`.
 const LEAKS_BELOW: f64 = 2.0;
 
 /// A clause for each known failure that the scene meets with these settings. `bounds`: of the scene.

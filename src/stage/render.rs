@@ -239,7 +239,7 @@ pub fn known_limits(staged: &Staged, settings: &Settings) -> Vec<String> {
     let failures = known_failures(scene, pose, staged.bounds(), settings);
     let mut notes: Vec<String> = Vec::new();
     if !failures.is_empty() {
-        notes.push(format!("{} (docs/stability.md)", failures.join("; ")));
+        notes.push(format!("{} (docs/notes/stability.md)", failures.join("; ")));
     }
     notes.extend(approximated(scene).into_iter().map(|note| format!("{note} (docs/materials.md)")));
     notes

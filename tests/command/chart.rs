@@ -153,7 +153,7 @@ fn rows_pages_and_failures() {
     written.retain(|path| !path.starts_with("rows[].measured.same."));
     let all = fs::read_to_string(root().join("docs/json.md")).unwrap();
     let page = all.split("\n# ").find(|part| part.contains("twobounce chart")).unwrap();
-    let cell = |line: &str| line.strip_prefix("| `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
+    let cell = |line: &str| line.strip_prefix("- `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
     let documented: BTreeSet<String> = page.lines().filter_map(cell).collect();
     written.extend(["rows[].measured.same".into(), "rows[].measured.full".into()]);
     assert_eq!(written, documented);

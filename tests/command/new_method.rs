@@ -1,4 +1,4 @@
-//! A fourth method takes four places: a folder in `src/gi`, one in `glsl/gi`, a table of settings in `src/settings/methods`, a line
+//! One more method takes four additions: a folder in `src/gi`, one in `glsl/gi`, a table of settings in `src/settings/methods`, a line
 //! of the list there. The test adds one to a copy of the house, builds it, and finds it everywhere: in the image,
 //! the layers, the memory plan, the timings, the settings, a chart's rows and a profile.
 
@@ -34,7 +34,7 @@ fn house_with_one_more() -> PathBuf {
     for folder in ["src", "glsl"] {
         fs::remove_dir_all(house.join(folder)).ok();
     }
-    let pages = ["docs/json.md", "docs/ledger.md", "docs/lpv.md", "docs/photons.md"];
+    let pages = ["docs/json.md", "docs/notes/ledger.md", "docs/notes/lpv.md", "docs/notes/photons.md"];
     for name in ["src", "glsl", "build.rs", "Cargo.lock"].into_iter().chain(pages) {
         copy(&root().join(name), &house.join(name));
     }

@@ -87,7 +87,7 @@ fn the_answer_holds_and_is_the_same_at_once() {
     written.extend(["choice.settings".to_owned(), "finalists[].settings".to_owned()]);
     let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/json.md")).unwrap();
     let part = page.split("\n# ").find(|part| part.contains("twobounce plan --json")).expect("a part about plan");
-    let cell = |line: &str| line.strip_prefix("| `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
+    let cell = |line: &str| line.strip_prefix("- `").and_then(|rest| rest.split('`').next()).map(str::to_owned);
     let documented: BTreeSet<String> = part.lines().filter_map(cell).collect();
     let choices = |path: &String| !path.starts_with("finalists[].");
     written.retain(choices);

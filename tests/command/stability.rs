@@ -80,9 +80,9 @@ fn a_worse_number_is_an_exit_code() {
 #[test]
 fn the_tables_are_those_of_the_committed_rows() {
     let rows = fs::read_to_string(root(ROWS)).unwrap();
-    let again = format!("run `target/release/twobounce stability --markdown {ROWS} > docs/stability.md`");
+    let again = format!("run `target/release/twobounce stability --markdown {ROWS} > docs/notes/stability.md`");
     let lines = |page: &str| page.lines().filter(|line| line.starts_with('|')).map(str::to_owned).collect::<Vec<_>>();
-    let shown = lines(&fs::read_to_string(root("docs/stability.md")).unwrap());
+    let shown = lines(&fs::read_to_string(root("docs/notes/stability.md")).unwrap());
     assert!(shown.len() > 200, "{} lines of tables", shown.len());
     assert_eq!(shown, lines(&page(&rows).unwrap()), "{again}");
 }

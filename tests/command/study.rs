@@ -71,20 +71,20 @@ fn the_page_has_every_axis_and_keeps_what_stands_by_hand() {
 /// The page of presets alone lists today's presets.
 #[test]
 fn the_rooms_in_docs_are_of_todays_presets() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/study/rooms/README.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/notes/study/rooms/README.md");
     let page = fs::read_to_string(path).expect("the page of `twobounce study --presets-only`");
     let presets: Vec<String> = twobounce::settings::PRESETS.iter().map(|preset| format!("`{}`", preset.name)).collect();
     let shown: Vec<String> =
         table(&page).iter().map(|line| line.trim_start_matches("preset").trim().to_owned()).collect();
-    assert_eq!(shown, presets, "docs/study/rooms is stale: run `twobounce study --presets-only`");
+    assert_eq!(shown, presets, "docs/notes/study/rooms is stale: run `twobounce study --presets-only`");
 }
 
 /// Says so when an axis is added and the study is not run again. Until the study is run there is nothing to hold it against.
 #[test]
 fn the_study_in_docs_is_of_todays_axes() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/study/README.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/notes/study/README.md");
     if let Ok(page) = fs::read_to_string(path) {
-        assert_eq!(table(&page), today(&[]), "docs/study is stale: run `twobounce study`");
+        assert_eq!(table(&page), today(&[]), "docs/notes/study is stale: run `twobounce study`");
         assert!(page.lines().count() <= 160, "the page is to have at most 160 lines");
     }
 }

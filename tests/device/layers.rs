@@ -21,7 +21,7 @@ fn draws_and_dispatches_do_the_same_work() {
 
 #[test]
 fn the_page_has_sections_of_drivers() {
-    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/layers.md")).expect("the page");
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/notes/layers.md")).expect("the page");
     let (_, sections) = twobounce::lab::table::tables(&page).expect("marks").remove(0);
     assert!(sections.matches("## ").count() >= 2, "a section per driver");
 }

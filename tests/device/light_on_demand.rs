@@ -40,7 +40,7 @@ fn lit(scene: &Scene, settings: &Settings, size: (u32, u32)) -> BTreeMap<ItemKey
     let parts: Vec<ItemPart> = download(&context, &lists.item_parts).expect("parts");
     let lights: Vec<ItemLight> = download(&context, &lists.item_lights).expect("lights");
     let asked: Vec<u32> = download(&context, &lists.asked_items).expect("flags");
-    let is_lit = |item: &usize| asked[*item] & ASKED[settings.bounces.volumes() as usize - 1] != 0;
+    let is_lit = |item: &usize| asked[*item] & ASKED[settings.bounces.stored() as usize - 1] != 0;
     let light = |item: usize| {
         let ItemLight { front, back, area, .. } = lights[item];
         let sides = [front, back].concat().try_into().expect("six channels");

@@ -1,5 +1,5 @@
 //! Reflections, glass, penumbrae and ambient occlusion against the path tracer, on scenes made for them
-//! (`tests/common/gloss.rs`), and the page that says how close they come: `docs/specular.md`. Where an image changed for the
+//! (`tests/common/gloss.rs`), and the page that says how close they come: `docs/notes/specular.md`. Where an image changed for the
 //! better, TWOBOUNCE_WRITE_DOCS=1 with TWOBOUNCE_TEST_MORE=1 writes the page anew.
 
 use crate::gloss;
@@ -195,13 +195,22 @@ const SHORT: [&str; 5] = ["lacquer", "two mirrors", "glass ball", "penumbra of 0
 
 const HEAD: &str = "# Mirrors, glass, penumbrae and occlusion against the truth
 
-Written by `tests/device/passes_gloss.rs` (`TWOBOUNCE_TEST_MORE=1 TWOBOUNCE_WRITE_DOCS=1 cargo test --release --test device passes_gloss`), which also checks it (`make test` five of the scenes, `make test-more` all).
-The scenes are those of `tests/common/gloss.rs`: six metal or black lacquered spheres of roughness 0, 0.2, 0.4, 0.6, 0.8 and 1 in
-a checkered room with a lamp; a glass ball and a thin pane before a checkered wall; two mirrors at a right angle,
-which show a checkered wall behind the camera; a block over a floor, lit by a light of that
-radius; a block in a corner under an even sky. 64×64 pixels, 64³ voxels, preset `cones`, 16 points on
-lamps, and what the row names. `rel` is mean |error| over mean reference, of the part of the image that the row is about, sphere by sphere for the rows;
-`energy` is its mean over the reference's, over all spheres.
+This note compares mirrors, glass, penumbrae and ambient occlusion with the path tracer, for readers who look for the
+error of single effects. `tests/device/passes_gloss.rs` measures and checks it (`make test` five of the scenes,
+`make test-more` all), and writes it with
+`TWOBOUNCE_TEST_MORE=1 TWOBOUNCE_WRITE_DOCS=1 cargo test --release --test device passes_gloss`.
+
+The scenes are in `tests/common/gloss.rs`:
+
+- six spheres of metal or black lacquer with roughness 0, 0.2, 0.4, 0.6, 0.8 and 1, in a checkered room with a lamp;
+- a glass ball and a thin pane before a checkered wall;
+- two mirrors at a right angle, which show a checkered wall behind the camera;
+- a block over a floor, lit by a light of the stated radius;
+- a block in a corner under a uniform sky.
+
+*64×64 pixels, 64³ voxels, preset `cones`, 16 points on lamps, and the settings of the row, on llvmpipe. `rel` is the
+error of the part of the image that the row is about; rows of spheres have a number for each sphere. `energy` is the
+mean over that of the reference, over all spheres. Smaller `rel` is better, and `energy` is best at 1.*
 
 | scene | settings | rel | energy |
 |---|---|---|---|
@@ -209,7 +218,7 @@ lamps, and what the row names. `rel` is mean |error| over mean reference, of the
 
 #[test]
 fn gloss_is_as_close_as_its_page_says() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/specular.md");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/notes/specular.md");
     let written = std::fs::read_to_string(&page).unwrap_or_default();
     let mut lines = Vec::new();
     let mut wrong = Vec::new();
@@ -252,14 +261,17 @@ fn gloss_is_as_close_as_its_page_says() {
     }
     assert!(
         written.starts_with(HEAD) && (!more::all() || written[HEAD.len()..].lines().count() == lines.len()),
-        "docs/specular.md is of other rows"
+        "docs/notes/specular.md is of other rows"
     );
     let rows: HashMap<&str, Vec<f64>> = written[HEAD.len()..].lines().map(read_line).collect();
     for (start, values) in &lines {
-        let stated = rows.get(start.as_str()).unwrap_or_else(|| panic!("docs/specular.md lacks {start}"));
+        let stated = rows.get(start.as_str()).unwrap_or_else(|| panic!("docs/notes/specular.md lacks {start}"));
         for (stated, value) in stated.iter().zip(values) {
             // Rounding to a hundredth, and drivers that filter and rasterise a little differently.
-            assert!((stated - value).abs() < 0.02, "docs/specular.md is stale: {start} {stated} is {value:.3} now");
+            assert!(
+                (stated - value).abs() < 0.02,
+                "docs/notes/specular.md is stale: {start} {stated} is {value:.3} now"
+            );
         }
     }
 }

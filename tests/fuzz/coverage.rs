@@ -1,4 +1,4 @@
-//! Which edges of the program's code an input goes over, where it was built to count them (`docs/fuzzing.md` says how). Otherwise
+//! Which edges of the program's code an input goes over, where it was built to count them (`docs/notes/fuzzing.md` says how). Otherwise
 //! nothing is counted, and inputs are new by their outcome alone.
 
 use std::sync::Mutex;

@@ -1,4 +1,4 @@
-//! Oracle of `glsl/common/emitters.glsl`: what a triangle lights, point by point.
+//! Oracle of `glsl/ground/lamps.glsl`: what a triangle lights, point by point.
 
 use glam::DVec3;
 

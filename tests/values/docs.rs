@@ -183,6 +183,14 @@ fn tables_of_measurements_are_those_of_the_study() {
 }
 
 #[test]
+fn the_page_of_stability_has_the_committed_rows() {
+    let (page, rows) = (read("docs/stability.md"), read("docs/stability-rows.csv"));
+    let filled = twobounce::stability::markdown::summary(&rows, &page).unwrap();
+    assert!(page.lines().filter(|line| line.starts_with('|')).count() > 40, "tables are missing");
+    assert!(page == filled, "docs/stability.md is stale: run `cargo run --release --example pages -- stability`");
+}
+
+#[test]
 fn tables_say_how_the_indirect_light_was_measured() {
     let head = "scene,name,method,frame_gpu_ms,same_total_rel,same_total_energy,same_diffuse_rel,same_diffuse_energy";
     let (numbers, terms) = ("0.25,0.5,0.125,0.75", "lights.shadows=rays lights.lamps=sampled");
@@ -209,12 +217,14 @@ fn tables_say_how_the_indirect_light_was_measured() {
 
 #[test]
 fn every_page_is_in_the_index() {
-    let index = read("docs/README.md");
-    for entry in fs::read_dir(root().join("docs")).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_name().unwrap().to_str().unwrap();
-        if name.ends_with(".md") && name != "README.md" {
-            assert!(index.contains(&format!("]({name})")), "docs/README.md does not list {name}");
+    for folder in ["docs", "docs/notes"] {
+        let index = read(&format!("{folder}/README.md"));
+        for entry in fs::read_dir(root().join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_str().unwrap();
+            if name.ends_with(".md") && name != "README.md" {
+                assert!(index.contains(&format!("]({name})")), "{folder}/README.md does not list {name}");
+            }
         }
     }
 }
@@ -258,4 +268,55 @@ fn the_documentation_shows_four_modules() {
         let link = format!("[`{}`]", name.trim_end_matches(';'));
         assert!(page.contains(&link), "the first page does not name {link}");
     }
+}
+
+/// Paths from the project's root in a text: known folders, and files with the ending of a source.
+fn paths(text: &str) -> impl Iterator<Item = &str> {
+    const FOLDERS: [&str; 8] = ["src/", "glsl/", "tests/", "docs/", "examples/", "scripts/", "assets/", "python/"];
+    const ENDINGS: [&str; 16] = [
+        "rs", "glsl", "comp", "frag", "vert", "geom", "md", "toml", "sh", "py", "csv", "png", "glb", "svg", "html",
+        "js",
+    ];
+    let words = text.split(|c: char| !c.is_ascii_alphanumeric() && !"/._-".contains(c));
+    let words = words.map(|word| word.trim_end_matches(['.', '-']).trim_start_matches("../"));
+    let is_file = |word: &str| word.rsplit_once('.').is_some_and(|(_, ending)| ENDINGS.contains(&ending));
+    words.filter(move |word| FOLDERS.iter().any(|folder| word.starts_with(folder)) && is_file(word))
+}
+
+/// The comments of a source, or all of a page.
+fn prose(name: &str, text: &str) -> String {
+    let ending = name.rsplit('.').next().unwrap();
+    let mark = match ending {
+        "md" => return text.to_owned(),
+        "rs" | "glsl" | "comp" | "frag" | "vert" | "geom" => "//",
+        _ => "#",
+    };
+    text.lines().filter_map(|line| line.split_once(mark)).map(|(_, comment)| format!("{comment}\n")).collect()
+}
+
+#[test]
+fn paths_in_comments_and_pages_exist() {
+    let text = "See `src/gone.rs`, docs/README.md and assets/*.glb.";
+    assert_eq!(paths(text).collect::<Vec<_>>(), ["src/gone.rs", "docs/README.md"]);
+    assert_eq!(prose("a.rs", "f(\"src/a.rs\"); // as src/lib.rs\n"), " as src/lib.rs\n");
+    let mut found = vec![];
+    for folder in ["src", "glsl", "tests", "examples", "scripts"] {
+        files(&root().join(folder), &mut found);
+    }
+    let names = found.iter().map(|path| path.strip_prefix(root()).unwrap().to_str().unwrap().to_owned());
+    let sources = [".rs", ".glsl", ".comp", ".frag", ".vert", ".geom", ".toml", ".sh", ".py"];
+    let names = names.filter(|name| sources.iter().any(|ending| name.ends_with(ending)));
+    let mut seen = 0;
+    let mut gone = vec![];
+    for name in names.chain(pages()).chain(["Makefile", "Cargo.toml", "build.rs"].map(str::to_owned)) {
+        let text = prose(&name, &read(&name));
+        for path in paths(&text) {
+            seen += 1;
+            if !root().join(path).exists() && !root().join(&name).parent().unwrap().join(path).exists() {
+                gone.push(format!("{name} names {path}, which is not there"));
+            }
+        }
+    }
+    assert!(seen > 300, "{seen} paths");
+    assert!(gone.is_empty(), "{}", gone.join("\n"));
 }

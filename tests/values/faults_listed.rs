@@ -59,7 +59,7 @@ fn every_fault_can_be_planted() {
 
 #[test]
 fn the_page_says_which_test_caught_each_fault() {
-    let page = read("docs/faults.md");
+    let page = read("docs/notes/faults.md");
     let faults = faults();
     let rows: Vec<&str> = page.lines().filter(|line| line.starts_with("| `")).collect();
     for row in &rows {

@@ -1,4 +1,4 @@
-//! `docs/study/strengths.md` has a line of measurements per preset; what is measured for them is right where it is known.
+//! `docs/notes/strengths.md` has a line of measurements per preset; what is measured for them is right where it is known.
 
 #[path = "../../examples/pages/strengths.rs"]
 #[allow(dead_code)]
@@ -15,7 +15,7 @@ const AGAIN: &str = "run `cargo run --release --example pages -- strengths`";
 
 #[test]
 fn every_preset_is_measured() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/study/strengths.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/notes/strengths.md");
     let page = std::fs::read_to_string(path).expect("the page");
     let tables = table::tables(&page).expect("marks");
     let (_, measured) = tables.iter().find(|(name, _)| name == "measured").expect(AGAIN);

@@ -1,4 +1,4 @@
-//! `docs/talk.md` names what is there, and its pictures are those that its example makes, but for what drivers round.
+//! `docs/notes/talk.md` names what is there, and its pictures are those that its example makes, but for what drivers round.
 
 use crate::pictures;
 
@@ -17,7 +17,7 @@ fn root() -> PathBuf {
 const AGAIN: &str = "run `cargo run --release --example pages -- talk`";
 
 fn page() -> String {
-    fs::read_to_string(root().join("docs/talk.md")).expect("the page")
+    fs::read_to_string(root().join("docs/notes/talk.md")).expect("the page")
 }
 
 #[test]
@@ -54,7 +54,7 @@ fn what_the_page_names_is_there() {
 #[test]
 fn pictures_are_current() {
     const SHRINK: u32 = 4;
-    let (page, folder) = (page(), root().join("docs/talk"));
+    let (page, folder) = (page(), root().join("docs/notes/talk"));
     let (pictures, _) = pictures::rendered(pictures::IMAGE_SIZE / SHRINK).expect("pictures");
     let shown: BTreeSet<_> = page.split("](talk/").skip(1).filter_map(|rest| rest.split(')').next()).collect();
     let written: BTreeSet<_> = pictures.iter().map(|picture| picture.0).chain(["path-traced.png"]).collect();

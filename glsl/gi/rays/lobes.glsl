@@ -12,7 +12,7 @@
 const uint MOST_INTERFACES = 64u;
 
 // The texture's value where a ray of that width (voxels) hits `at`, over what it has in the mean of the voxels about
-// it: mirrors and glass show patterns that the volume does not hold.
+// it: mirrors and glass show patterns finer than the stored light.
 vec3 texture_detail(Met met, Material m, vec3 at, float width) {
     if (!slot_in_use(SLOT_BASE_COLOR) || any(greaterThan(m.emissive, vec3(0.0)))) {
         return vec3(1.0);

@@ -57,7 +57,7 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
     let (opened, context) = scene.open_on(&args.run)?;
     let settings = fitted(&opened, settings);
     let options = run_options(&opened, &args.run);
-    let work = Work::begin("demo: making passes");
+    let work = Work::begin("demo: preparing");
     let mut renderer = Renderer::new(&context, opened.scene, &opened.still.0, settings.clone(), options)?;
     report::say_compiled(&context);
     let (mut progress, mut timings) = (FrameProgress::new(work, WARM_UP + count), Timings::new(WARM_UP as usize));

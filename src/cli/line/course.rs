@@ -7,6 +7,12 @@ use twobounce::vk::Step;
 /// The passes over the image, in their order: what comes after the light. A method may have the second one alone.
 pub const IMAGE_PASSES: [&str; 2] = ["gather", "image"];
 
+/// The part of a frame to which a pass belongs, in words for users.
+pub fn stage(pass: &str) -> &'static str {
+    let of_image = ["visibility", "share", "resolve"].contains(&pass);
+    if of_image || IMAGE_PASSES.iter().any(|name| pass.starts_with(name)) { "image" } else { "light" }
+}
+
 /// A frame on its way.
 pub struct Course {
     began: Instant,
@@ -24,13 +30,29 @@ pub struct Course {
     pub after: u32,
     /// The mean time of those before it.
     pub mean: Option<Duration>,
+    /// Whether passes follow whose number is not known yet, so that nothing can be said of the rest.
+    pub open: bool,
+    /// When a time limit ends the work, if it has one.
+    pub until: Option<Instant>,
 }
 
 impl Course {
     /// A frame by itself. `bands` and `images`: see [`twobounce::renderer::Renderer::bands`].
     pub fn new(began: Instant, bands: u32, images: u32) -> Self {
         let done = [(0.0, Duration::ZERO); 2];
-        Self { began, bands, images, image: 0, at: began, band: 0, done, after: 0, mean: None }
+        Self {
+            began,
+            bands,
+            images,
+            image: 0,
+            at: began,
+            band: 0,
+            done,
+            after: 0,
+            mean: None,
+            open: false,
+            until: None,
+        }
     }
 
     /// A submission ended.
@@ -55,6 +77,10 @@ impl Course {
     /// How long it and those after it still take if bands and frames take as long as those before, and whether something comes besides
     /// that is not known yet; unknown before the image.
     pub fn left(&self, now: Instant) -> Option<(Duration, bool)> {
+        let limit = self.until.map(|until| until.saturating_duration_since(now));
+        if self.open {
+            return Some((limit?, false));
+        }
         let all = f64::from(self.bands * self.images);
         let known = self.done.map(|(done, took)| (done > 0.01 && !took.is_zero()).then_some((done, took)));
         let rest = known.iter().flatten().map(|(done, took)| took.mul_f64((all / done - 1.0).max(0.0)));
@@ -64,7 +90,8 @@ impl Course {
         // The times of frames before are known better than that of an image beyond its first pass.
         let own = own.filter(|(_, at_least)| !at_least || self.mean.is_none());
         let (left, at_least) = own.or_else(|| Some((self.mean?.saturating_sub(spent), false)))?;
-        Some((left + self.after * self.mean.unwrap_or(spent + left), at_least))
+        let left = left + self.after * self.mean.unwrap_or(spent + left);
+        Some(limit.filter(|limit| *limit <= left).map_or((left, at_least), |limit| (limit, false)))
     }
 }
 
@@ -99,6 +126,10 @@ mod tests {
         course.step(step("gather", 3, 1.0), at(56));
         course.step(step("image", 3, 1.0), at(59));
         assert_eq!(left(&course, 59), Some((0, false)));
+        (course.after, course.until) = (9, Some(at(70)));
+        assert_eq!(left(&course, 60), Some((10, false)), "a time limit ends it");
+        course.open = true;
+        assert_eq!(left(&course, 61), Some((9, false)));
     }
 
     #[test]

@@ -141,7 +141,7 @@ fn keeps_direct_light(settings: &AllSettings) -> bool {
         Shadows::Rays => own.first_bounce_shadows,
         Shadows::Method => false,
     };
-    own.passes == Passes::Cells && settings.bounces.volumes() > 1 && same
+    own.passes == Passes::Cells && settings.bounces.stored() > 1 && same
 }
 
 /// A pass in layers: one triangle over the screen per slice of a volume's level.

@@ -1,7 +1,7 @@
 //! Light propagation volumes: surfaces become virtual point lights in a coarse grid, whose light travels from cell to cell.
 //!
 //! Kaplanyan and Dachsbacher, "Cascaded Light Propagation Volumes for Real-Time Indirect Illumination", 2010; the steps as in
-//! Doghramachi, "Rasterized Voxel-Based Dynamic Global Illumination", GPU Pro 4, listing 7.3. `docs/lpv.md` says what differs.
+//! Doghramachi, "Rasterized Voxel-Based Dynamic Global Illumination", GPU Pro 4, listing 7.3. `docs/notes/lpv.md` says what differs.
 
 mod cascades;
 mod field;
@@ -91,7 +91,7 @@ impl Gi for Lighting {
             ("passages", grids * cells * PASSAGES_BYTES),
             ("cascade places", grids * size_of::<[f32; 4]>() as u64),
         ];
-        let names = &SUM_NAMES[..settings.bounces.volumes() as usize];
+        let names = &SUM_NAMES[..settings.bounces.stored() as usize];
         rows.extend(names.iter().map(|name| (*name, sum_of(own, name).bytes())));
         rows
     }
@@ -119,9 +119,9 @@ impl Gi for Lighting {
         };
         let plan = Self::plan(settings);
         let buffer = |name: &str| Buffer::new(context, name, bytes_of(&plan, name), BufferKind::Device);
-        let sums = &SUM_NAMES[..settings.bounces.volumes() as usize];
+        let sums = &SUM_NAMES[..settings.bounces.stored() as usize];
         Ok(Self {
-            light: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, light)?,
+            light: PerBounce::new(settings.bounces, settings.bounces.stored() > 1, light)?,
             inject: compute("inject", inject, &constants)?,
             passages: compute("passages", "gi/lpv/passages.comp", &constants)?,
             first_step: compute("propagate", propagate, &with(constants.clone(), &[("FIRST_STEP", true.into())]))?,

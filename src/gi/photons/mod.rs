@@ -1,6 +1,6 @@
 //! Voxel cone tracing derived from photon mapping: one file per pass.
 //!
-//! The source is a set of notes ("VCT (Voxel Cone Tracing)") that take a voxel for a photon: `docs/photons.md` lists what of
+//! The source is a set of notes ("VCT (Voxel Cone Tracing)") that take a voxel for a photon: `docs/notes/photons.md` lists what of
 //! them is wrong or open, and what is done instead. Samples of a multisampled raster say which voxels a triangle fills,
 //! and how much of each; every list item is lit; a voxel sums up what its items send in sixteen directions, and how
 //! much they stand in the way. Cones are drawn by the BRDF, each as wide as its share of it, and go through the volume
@@ -68,7 +68,7 @@ impl Gi for Lighting {
             alike: true,
             item_samples: true,
             lobe_words: 4,
-            kept_direct_light: settings.bounces.volumes() > 1,
+            kept_direct_light: settings.bounces.stored() > 1,
             diffuse: true,
             ..Wants::default()
         }
@@ -100,7 +100,7 @@ impl Gi for Lighting {
             cover: (own.voxelise == Voxels::Conservative)
                 .then(|| Cover::new(context, &voxels, samples))
                 .transpose()?,
-            shade: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, shade)?,
+            shade: PerBounce::new(settings.bounces, settings.bounces.stored() > 1, shade)?,
             empty: EmptyCells::new(context, "gi/photons/empty.comp", &voxels)?,
             mips: MipCells::new(context, "photons", PARTS, &voxels)?,
             volumes: LightVolume::per_bounce(context, PHOTON_VOLUME, settings)?,

@@ -63,8 +63,8 @@ impl Gi for Lighting {
             split: true,
             demand: !all,
             lobe_words: 2,
-            kept_direct_light: settings.bounces.volumes() > 1,
-            seen_lights: settings.bounces.volumes() > 1,
+            kept_direct_light: settings.bounces.stored() > 1,
+            seen_lights: settings.bounces.stored() > 1,
             carried_light: all,
             mean_passes: all.then_some(settings.of.rays.passes),
             diffuse: true,
@@ -110,7 +110,7 @@ impl Gi for Lighting {
             })
         };
         Ok(Self {
-            light: PerBounce::new(settings.bounces, settings.bounces.volumes() > 1, light)?,
+            light: PerBounce::new(settings.bounces, settings.bounces.stored() > 1, light)?,
             asks: (settings.bounces == Bounces::Two).then(asks).transpose()?,
             feedback: all.then(feedback).transpose()?,
             constants: look_up,
@@ -286,7 +286,7 @@ impl Feedback {
 /// All constants that the method declares, and the ground's `BOXES`.
 pub fn look_up_constants(settings: &AllSettings, boxes: u32) -> [Constant; 4] {
     let own = &settings.of.rays;
-    let bounces = if settings.bounces == Bounces::All { ALL_BOUNCES } else { settings.bounces.volumes() };
+    let bounces = if settings.bounces == Bounces::All { ALL_BOUNCES } else { settings.bounces.stored() };
     [
         ("DIFFUSE_RAYS", own.diffuse.into()),
         ("LOBE_RAYS", own.glossy.into()),

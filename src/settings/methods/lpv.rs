@@ -64,23 +64,22 @@ table! {
         "nested grids: the coarsest is the base grid's cube, each finer one has half its side, about the camera";
         "every pass of the method, in proportion; lists are made anew when the camera leaves a cell";
         occlusion: Occlusion = Occlusion::Sheets, in "choice" rare, names!(Occlusion);
-        "what blocks light from cell to cell: nothing, blocking areas in two bands, or areas along the axes";
+        "blocking between cells: none, areas in two bands (sh), or areas along the axes (sheets)";
         "little";
         lobe: Lobe = Lobe::Beam, in "choice" rare, names!(Lobe);
-        "how a cell's light is spread: the clamped cosine, cut off where it is negative, the same with faces of integral π, which send \
-         on a quarter, or a beam as narrow as it is";
+        "spread of a cell's light: the clamped cosine, the same with faces of integral π, which passes on a quarter, or a beam as narrow as the light";
         "beam: a little slower, images of two texels a cell instead of four";
         sharpness: f32 = 0.5, in "cosine" rare, Range::Number(0.0, 0.95);
         "mean cosine of the narrowest beam: thirty directions cannot tell narrower ones apart";
         "none";
         sum: Sum = Sum::Apart, in "choice" rare, names!(Sum);
-        "where steps add up: in the light that travels, which grows with every step, or apart";
+        "sum of the steps: in the travelling light, which grows with every step, or apart";
         "none";
         injection: Injection = Injection::Front, in "choice" rare, names!(Injection);
-        "where the light of a surface starts: in its own cell, or in the cell in front of it";
+        "start of a surface's light: its own cell, or the cell in front of it";
         "front: six lists per cell instead of one";
         apply: Apply = Apply::Flux, in "choice" rare, names!(Apply);
-        "how irradiance is read: two bands against the cosine about the shading normal, or the flux that crosses a face";
+        "irradiance: two bands against the cosine about the shading normal, or the flux through a face";
         "little";
     }
 }

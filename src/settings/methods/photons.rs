@@ -43,7 +43,7 @@ table! {
         "cones for diffuse light per gathered pixel, cosine-distributed, each as wide as its share";
         "a cone each: the image's time grows with them, and narrow cones take more steps";
         bounce: u32 = 4, in "cones" rare, Range::Whole(1, 128);
-        "the same per voxel side, of the second bounce";
+        "cones per voxel side for the second bounce";
         "a cone each";
         glossy: u32 = 8, in "cones" rare, Range::Whole(1, 64);
         "cones for a rough mirrored lobe; a smooth one takes one";
@@ -56,13 +56,13 @@ table! {
         "samples per pixel that measure how much of a voxel a triangle fills; the most that the device has, up to this";
         "the pass that takes them alone: voxelise, or cover";
         opacity: Opacity = Opacity::Sided, in "choice" rare, names!(Opacity);
-        "how much a voxel stands in the way: its share of samples from everywhere, or the area that faces the traveller";
+        "opacity of a voxel: its share of samples in every direction, or the area along the direction";
         "sided looks up three values per step instead of one";
         composite: Composite = Composite::Sum, in "choice" rare, names!(Composite);
-        "how spheres hide each other: over, or sum (what one wall hides adds up to 1)";
+        "compositing of spheres: over, or sum (the opacity of one wall adds up to 1)";
         "sum continues a little past the grid's border";
         keep_backs: bool = false, in "switch" rare, Range::Bool;
-        "dark backs stand in the way of what leaves their front: fewer leaks through single planes, darker at walls";
+        "dark backs block light that leaves their front: fewer leaks through single planes, darker at walls";
         "none";
         turn: bool = false, in "switch" rare, Range::Bool;
         "turn the diffuse cones per pixel: noise instead of bands";
@@ -74,27 +74,27 @@ table! {
         "largest radius of a sphere over its distance: at 1 no spheres touch";
         "larger is faster: fewer spheres per cone";
         start_normal: f32 = 1.5, in "voxels" rare, Range::Number(0.0, 8.0);
-        "where cones start, along the normal";
+        "start of cones along the normal";
         "no time; more: less self-light, less contact";
         start_along: f32 = 0.0, in "voxels" rare, Range::Number(0.0, 8.0);
-        "where cones start, along the cone";
+        "start of cones along the cone";
         "no time; more: less self-light, less contact";
         ao_rate: f32 = 0.0, in "per metre" rare, Range::Number(0.0, 1e3);
-        "rate of the exponential weight of visibility; 0: what a cone sees in the end";
+        "rate of the exponential weight of visibility; 0: the visibility at the end of a cone";
         "little";
         ao_multiplies: AoMultiplies = AoMultiplies::Nothing, in "choice" rare, names!(AoMultiplies);
-        "what weighted visibility multiplies: nothing (it is the layer ao), or all light that a cone finds";
+        "effect of weighted visibility: nothing (layer ao alone), or a factor of all light of a cone";
         "none";
     } + { ledger: Ledger }
 }
 
 switches! {
     /// Faults that the notes print and that are neither a choice nor a number above, each on its own.
-    "photons.ledger", "see docs/photons.md";
+    "photons.ledger", "see docs/notes/photons.md";
     beer 0 "exponent of Beer's law, with composite = over: diameter/increment, or length/edge",
     steps 1 "spheres: h' = (h + hR)/(1 − R) for every R, or bounded",
     still 2 "where R or h is 0: the recursion stands still, or spheres are photons.least_step wide",
-    color 3 "what colour is weighted with: the opacity that was read, or that of the step",
+    color 3 "weight of colour: the opacity that was read, or that of the step",
     ao 4 "the exponential sum: visibility beyond each sphere, without start and end, or whole",
     mips 5 "mips: photons summed as they are, or as far as they are seen and fill no more than all",
     directions 6 "a texel of the octahedral map: at its middle, or its mean",

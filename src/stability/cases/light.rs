@@ -71,7 +71,7 @@ fn furnaces(cell: &Cell, albedo: f32) -> Result<Vec<Sample>> {
         Bounces::All => 1.0 / (1.0 - albedo),
         // Emission, its direct light, and as many bounces. The first gather finds the direct light of lamps that are gathered.
         finite => {
-            let terms = finite.volumes() + 2 - u32::from(cell.settings.lights.lamps == LampLight::Gathered);
+            let terms = finite.stored() + 2 - u32::from(cell.settings.lights.lamps == LampLight::Gathered);
             (0..terms).map(|k| albedo.powi(k as i32)).sum()
         }
     };

@@ -57,10 +57,13 @@ impl Presenter {
                 .find(|(family, properties)| serves(properties) && presents(*family).unwrap_or(false));
             found.extend(family.map(|(family, _)| (physical, family, capabilities)));
         }
-        let (physical, queue_family, capabilities) = found
-            .into_iter()
-            .min_by_key(|(.., capabilities)| capabilities.name() != name)
-            .ok_or_else(|| Error::Device("no Vulkan 1.3 device presents to this display".into()))?;
+        let (physical, queue_family, capabilities) =
+            found.into_iter().min_by_key(|(.., capabilities)| capabilities.name() != name).ok_or_else(|| {
+                Error::Device(
+                    "no device that twobounce can use presents to this display; render images with `twobounce render`"
+                        .into(),
+                )
+            })?;
         let features = Features { dynamic_rendering: true, synchronization2: true, ..Features::default() };
         let host = open(&instance, physical, queue_family, &[khr::swapchain::NAME], features).map_err(failed)?;
         let swapchains = khr::swapchain::Device::new(&instance.raw, &host.device);

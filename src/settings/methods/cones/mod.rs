@@ -14,27 +14,25 @@ table! {
         "diffuse cones around the normal: the talk's five sets, and cosine-distributed ones (g)";
         "the image's time grows with the number: ×2 from 1 to 5, ×1.7 to 6, ×5.7 to 16";
         fill: Fill = Fill::Sided, in "choice", names!(Fill);
-        "how triangles fill a voxel's faces: uniform keeps energy, facing leaks less, coverage clips exactly, sided drops \
-         dark backs, front drops all backs, as the author's later engine does";
+        "filling of a voxel's faces: uniform keeps energy, facing leaks less, coverage clips exactly, sided drops dark backs, front drops all backs, as the author's later engine does";
         "coverage and sided clip each listed triangle: more shading time";
         weights: Weights = Weights::Abs, in "choice", names!(Weights);
-        "how the three facing volumes are mixed along a cone: d2, norm1 (both sum to 1), abs (brightens), extinction";
+        "mix of the three facing volumes along a cone: d2, norm1 (both sum to 1), abs (brightens), extinction";
         "extinction takes three logarithms per step";
         blend: Blend = Blend::Sum, in "choice", names!(Blend);
-        "how a cone's samples are composited: over, or sum (a wall's alpha adds up to 1; with fill = sided, weights = abs)";
+        "compositing along a cone: over, or sum (the alpha of a wall adds up to 1; with fill = sided, weights = abs)";
         "sum continues a little past the grid's border";
         step: f32 = 1.0, in "diameters", Range::Number(0.1, 4.0);
         "length of a cone's step";
         "larger is faster: fewer samples per cone";
         passes: Passes = Passes::Cells, in "choice", names!(Passes);
-        "how volumes are filled and pixels shaded: layer by layer with two voxelisations, and triangle by triangle, as in the talk; \
-         or from lists of occupied cells, and of fragments, in compute shaders: the same image";
-        "layered grows with the grid, cells with what stands in it, and takes 56 bytes per list item";
+        "layered: volumes by layers with two voxelisations, pixels by triangles, as in the talk; cells: occupied cells and fragments in compute shaders. The image is the same";
+        "layered grows with the grid; cells grows with occupied voxels, and takes 56 bytes per list item";
         aperture: f32 = 1.0, in "factor" rare, Range::Number(0.05, 4.0);
-        "what the diffuse set's apertures are multiplied with";
+        "factor of the apertures of the diffuse cones";
         "larger is faster: wider cones take fewer steps";
         exit_margin: f32 = 1.0, in "diameters" rare, Range::Number(0.0, 4.0);
-        "how far past the grid's border a cone with blend = sum continues, an eighth of the grid at most";
+        "continuation of a cone past the border of the grid with blend = sum, an eighth of the grid at most";
         "a step or two per cone that leaves the grid";
         roughness_fit: RoughnessFit = RoughnessFit::Polynomial, in "choice" rare, names!(RoughnessFit);
         "specular cone's half angle from roughness: polynomial 47.5°, power 41°, linear 67.5° at roughness 1; ggx: fitted to \
@@ -57,7 +55,7 @@ table! {
         "half angle of every shadow cone; auto: from each light's radius";
         "larger is faster: fewer samples per cone";
         wrap: Wrap = Wrap::Clamp, in "choice" rare, names!(Wrap);
-        "what cones meet beyond the cube where row D11 is printed: its edge voxels, or the cube again";
+        "volume beyond the cube where row D11 is printed: edge voxels, or the cube repeated";
         "none";
     } + { start: Start, ledger: Ledger }
 }
@@ -69,41 +67,41 @@ table! {
     /// Where cones start (D16, D19, D20, D23): along the normal, then along the cone.
     Start as "cones.start" {
         diffuse_normal: f32 = 1.0, in "voxels" rare, DISTANCE;
-        "where diffuse cones start, along the normal";
+        "start of diffuse cones along the normal";
         MORE;
         diffuse_along: f32 = 0.5, in "voxels" rare, DISTANCE;
-        "where diffuse cones start, along the cone";
+        "start of diffuse cones along the cone";
         MORE;
         diffuse_offset: f32 = 0.0, in "voxels" rare, Range::Number(-64.0, 64.0);
-        "how far diffuse cones are moved along themselves, without a change of their width";
+        "offset of diffuse cones along themselves, without a change of width";
         "no time; negative: more self-light";
         specular_normal: f32 = 1.0, in "voxels" rare, DISTANCE;
-        "where specular cones start, along the normal";
+        "start of specular cones along the normal";
         MORE;
         specular_along: f32 = 1.0, in "voxels" rare, DISTANCE;
-        "where specular cones start, along the cone";
+        "start of specular cones along the cone";
         MORE;
         refraction_normal: f32 = 1.0, in "voxels" rare, DISTANCE;
-        "where refraction cones start, along the normal";
+        "start of refraction cones along the normal";
         MORE;
         refraction_along: f32 = 1.0, in "voxels" rare, DISTANCE;
-        "where refraction cones start, along the cone";
+        "start of refraction cones along the cone";
         MORE;
         shadow_normal: f32 = 2.0, in "voxels" rare, DISTANCE;
-        "where shadow cones start, along the normal";
+        "start of shadow cones along the normal";
         MORE;
         shadow_along: f32 = 2.5, in "voxels" rare, DISTANCE;
-        "where shadow cones start, along the cone";
+        "start of shadow cones along the cone";
         MORE;
         shadow_end: f32 = 2.0, in "voxels" rare, DISTANCE;
-        "how far before the light a shadow cone stops";
+        "distance before the light at which a shadow cone stops";
         MORE;
     }
 }
 
 switches! {
-    /// The rows of `docs/ledger.md` that change an image and are neither a choice nor a number above.
-    "cones.ledger", "see docs/ledger.md";
+    /// The rows of `docs/notes/ledger.md` that change an image and are neither a choice nor a number above.
+    "cones.ledger", "see docs/notes/ledger.md";
     d1 1 "D1: which volumes the −x −y −z mips read",
     d2 2 "D2: the −y mip's fourth column",
     d6 6 "D6: the axis of cone set 6a",

@@ -29,7 +29,8 @@ pub const REC_709: Chromaticities = Chromaticities {
 const ROUNDING: f64 = 0.001;
 
 impl Chromaticities {
-    /// XYZ of a linear colour. The white (1, 1, 1) has the luminance 1. `None` where the primaries span no plane, or a luminance is 0.
+    /// XYZ of a linear colour. The white (1, 1, 1) has the luminance 1. `None` where the primaries span no plane, or a
+    /// luminance is 0.
     pub fn xyz_from_rgb(&self) -> Option<DMat3> {
         let xyz = |c: DVec2| DVec3::new(c.x, c.y, 1.0 - c.x - c.y) / c.y;
         let primaries = DMat3::from_cols_array_2d(&self.primaries.map(|c| xyz(c).to_array()));
@@ -38,8 +39,8 @@ impl Chromaticities {
         usable.then(|| primaries * DMat3::from_diagonal(shares))
     }
 
-    /// Linear Rec. 709 of a linear colour; its white becomes Rec. 709's, by Bradford's transform. The identity for Rec. 709 itself.
-    /// `None` as for [`Self::xyz_from_rgb`].
+    /// Linear Rec. 709 of a linear colour; its white becomes Rec. 709's, by Bradford's transform. The identity for Rec.
+    /// 709 itself. `None` as for [`Self::xyz_from_rgb`].
     pub fn rec_709_from_rgb(&self) -> Option<DMat3> {
         let near = |a: DVec2, b: DVec2| (a - b).abs().max_element() <= ROUNDING;
         if (0..3).all(|i| near(self.primaries[i], REC_709.primaries[i])) && near(self.white, REC_709.white) {

@@ -1,8 +1,9 @@
 //! The frame: everything that turns a scene into an image, for one size and one set of settings.
 //!
-//! [`Frame::record`] records it into a given recorder, a host's command buffer too: uploads, lists, the method's light, the image.
-//! It makes, submits and waits for nothing, and the image stays on the device. Buffers that turned out too small are told by
-//! [`Frame::poll`] once the commands are done. Several frames may be in flight, each in a slot of its own.
+//! [`Frame::record`] records it into a given recorder, a host's command buffer too: uploads, lists, the method's light,
+//! the image. It makes, submits and waits for nothing, and the image stays on the device. Buffers that turned out too
+//! small are told by [`Frame::poll`] once the commands are done. Several frames may be in flight, each in a slot of its
+//! own.
 
 mod desc;
 mod light;
@@ -64,8 +65,8 @@ struct MadeOf {
     sky: ([Vec3; 2], f32),
     /// The time within the animation, where the light's random numbers turn with it.
     time_s: Option<f64>,
-    /// Which of the passes over the image whose mean is shown, where light is made on demand: few directions show in mirrors and would
-    /// stay in the mean if every pass did not have others.
+    /// Which of the passes over the image whose mean is shown, where light is made on demand: few directions show in
+    /// mirrors and would stay in the mean if every pass did not have others.
     image_pass: Option<u32>,
 }
 
@@ -142,8 +143,8 @@ impl Frame {
         self.made_of.is_none()
     }
 
-    /// Records the lists of such a frame alone: what is too small can grow before anything is lit, and the frame goes on from
-    /// them. `slot`: as for [`Self::record`].
+    /// Records the lists of such a frame alone: what is too small can grow before anything is lit, and the frame goes
+    /// on from them. `slot`: as for [`Self::record`].
     pub fn record_lists(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
         let now = self.made_now(seen);
         self.place_grids(seen.view);
@@ -297,9 +298,9 @@ impl Frame {
         r.update(&self.ground.lights, 0, &now.lights);
     }
 
-    /// How much of the mean over passes is that of `pass`. Settled light of one set of directions is wrong where light goes to and fro
-    /// along them, and a mean that began with it would keep that for long: the first third of the passes each take the place of the
-    /// one before instead.
+    /// How much of the mean over passes is that of `pass`. Settled light of one set of directions is wrong where light
+    /// goes to and fro along them, and a mean that began with it would keep that for long: the first third of the
+    /// passes each take the place of the one before instead.
     fn share_of_mean(&self, pass: u32) -> f32 {
         let replacing = self.ground.desc.wants.mean_passes.unwrap_or(0) / 3;
         1.0 / (1 + pass.saturating_sub(replacing)) as f32
@@ -319,7 +320,8 @@ impl Frame {
         (counters, (grown != *self.counts()).then_some(grown))
     }
 
-    /// Replaces the buffers that are too small for `counts`; no frame may be in flight. The next frame starts from nothing.
+    /// Replaces the buffers that are too small for `counts`; no frame may be in flight. The next frame starts from
+    /// nothing.
     ///
     /// # Errors
     /// Too little memory; the counts then are as before, and no buffer is smaller.
@@ -339,7 +341,8 @@ impl Frame {
         self.light.forget();
     }
 
-    /// A pass that lights what a host drew, for this frame as it is. `desc`: what the frame was made for, or changed to last.
+    /// A pass that lights what a host drew, for this frame as it is. `desc`: what the frame was made for, or changed to
+    /// last.
     ///
     /// # Errors
     /// Too little memory, or a lost device.
@@ -349,9 +352,9 @@ impl Frame {
         Ok(given)
     }
 
-    /// Changes to the settings, the size and the lights of `desc`, of the same scene, and remakes only what depends on what
-    /// changed: the lists stay where the grid and what is asked of it do, the light where its settings do, and a pipeline
-    /// where its shaders' constants do. No frame may be in flight.
+    /// Changes to the settings, the size and the lights of `desc`, of the same scene, and remakes only what depends on
+    /// what changed: the lists stay where the grid and what is asked of it do, the light where its settings do, and a
+    /// pipeline where its shaders' constants do. No frame may be in flight.
     ///
     /// # Errors
     /// As for [`Frame::new`]; the frame then is as before.
@@ -388,7 +391,8 @@ impl Frame {
         Ok(())
     }
 
-    /// The vertices or materials of `scene` changed on the device ([`SceneOnGpu::update_mesh`]): the next frame heeds them.
+    /// The vertices or materials of `scene` changed on the device ([`SceneOnGpu::update_mesh`]): the next frame heeds
+    /// them.
     pub fn scene_changed(&mut self, scene: &Scene) {
         self.lamps = lamps(scene, &self.settings);
         self.scale = radiance_scale(scene, self.ground.desc.grid.finest_m(), self.settings.bounces);

@@ -10,23 +10,26 @@
 //! | [`Prepared::record`], [`record_given`](Prepared::record_given) | nothing of Vulkan's | no | no |
 //! | [`Prepared::poll`], [`timings`](Prepared::timings) | no | no | only where the device is lost |
 //!
-//! - **Enabled by the host.** [`required_features`] and [`required_extensions`] list what must be; [`missing`] says what a
-//!   device lacks before one is made, [`Context::adopt`] what was not enabled. Nothing is enabled here.
-//! - **In flight.** Each frame in flight has a slot, `0..slots`. Descriptors are pushed into the command buffer, so none is
-//!   updated in flight. What the frames share (lists, light, images) is ordered by the barriers that each recording begins and
-//!   ends with: frames go to one queue in the order they were recorded, or semaphores order them.
-//! - **Clobbered** in the command buffer: the compute and the graphics pipeline, the descriptor sets of both bind points, push
-//!   constants, viewport and scissor 0, all other dynamic state, the index buffer and vertex buffer 0. Set your own again.
-//! - **Barriers.** The first command makes all that the host's earlier commands wrote visible, the last makes everything visible
-//!   to what follows and to the CPU. A host's image is taken from its state [before](HostImage::before) to its state
-//!   [after](HostImage::after) by barriers recorded here. Images made here are in `GENERAL` layout, always.
-//! - **Threads.** Everything here is `Send`. The queue and the allocator are behind the mutexes that the host lends; there is no
-//!   global state but tables of constants, and a count of files that are being written.
-//! - **Words.** Errors are one sentence. Notes go to [`tracing`](https://docs.rs/tracing), which is silent until a host listens.
+//! - **Enabled by the host.** [`required_features`] and [`required_extensions`] list what must be; [`missing`] says
+//!   what a device lacks before one is made, [`Context::adopt`] what was not enabled. Nothing is enabled here.
+//! - **In flight.** Each frame in flight has a slot, `0..slots`. Descriptors are pushed into the command buffer, so
+//!   none is updated in flight. What the frames share (lists, light, images) is ordered by the barriers that each
+//!   recording begins and ends with: frames go to one queue in the order they were recorded, or semaphores order them.
+//! - **Clobbered** in the command buffer: the compute and the graphics pipeline, the descriptor sets of both bind
+//!   points, push constants, viewport and scissor 0, all other dynamic state, the index buffer and vertex buffer 0. Set
+//!   your own again.
+//! - **Barriers.** The first command makes all that the host's earlier commands wrote visible, the last makes
+//!   everything visible to what follows and to the CPU. A host's image is taken from its state
+//!   [before](HostImage::before) to its state [after](HostImage::after) by barriers recorded here. Images made here are
+//!   in `GENERAL` layout, always.
+//! - **Threads.** Everything here is `Send`. The queue and the allocator are behind the mutexes that the host lends;
+//!   there is no global state but tables of constants, and a count of files that are being written.
+//! - **Words.** Errors are one sentence. Notes go to [`tracing`](https://docs.rs/tracing), which is silent until a host
+//!   listens.
 //!
-//! Not supported: rendering by a queue family without graphics, glass and coats on surfaces that the host drew, swapchains, tone
-//! mapping on the device, deformed meshes; a change to a material, a mesh or the number of lights asks for [`Prepared::new`] or
-//! [`Prepared::change`].
+//! Not supported: rendering by a queue family without graphics, glass and coats on surfaces that the host drew,
+//! swapchains, tone mapping on the device, deformed meshes; a change to a material, a mesh or the number of lights asks
+//! for [`Prepared::new`] or [`Prepared::change`].
 
 use std::sync::Arc;
 
@@ -94,9 +97,10 @@ pub struct Prepared {
 #[derive(Clone, Debug)]
 pub struct Growth(Counts);
 
-/// A layer of the image, on the device: RGBA in f32, one level and layer, in `GENERAL` layout before and after each recording,
-/// made with `SAMPLED` and `TRANSFER_SRC` usage. It is valid until the next [`Prepared::change`], for commands that follow the
-/// recording and come before the next one on the queue. Colours are linear radiance, premultiplied by alpha.
+/// A layer of the image, on the device: RGBA in f32, one level and layer, in `GENERAL` layout before and after each
+/// recording, made with `SAMPLED` and `TRANSFER_SRC` usage. It is valid until the next [`Prepared::change`], for
+/// commands that follow the recording and come before the next one on the queue. Colours are linear radiance,
+/// premultiplied by alpha.
 #[derive(Clone, Copy, Debug)]
 pub struct LayerImage {
     pub image: vk::Image,
@@ -133,8 +137,8 @@ impl Prepared {
     /// Uploads `scene` and compiles the passes. `pose`: the first one.
     ///
     /// # Errors
-    /// Too little memory (with the largest grid that would fit), settings that make no sense, a context without a queue, a lost
-    /// device.
+    /// Too little memory (with the largest grid that would fit), settings that make no sense, a context without a
+    /// queue, a lost device.
     pub fn new(
         context: &Arc<Context>,
         scene: &Scene,
@@ -175,7 +179,8 @@ impl Prepared {
         Ok(Output { layer, image, given: false })
     }
 
-    /// Checks that the light of a host's surfaces can be written to `image`: `layer` is [`Aov::Direct`] or [`Aov::Indirect`].
+    /// Checks that the light of a host's surfaces can be written to `image`: `layer` is [`Aov::Direct`] or
+    /// [`Aov::Indirect`].
     ///
     /// # Errors
     /// As for [`Self::output`], or [`Prepare::given`] was not set.
@@ -189,12 +194,12 @@ impl Prepared {
         Ok(Output { layer, image, given: true })
     }
 
-    /// Checks that a host's surfaces can be lit: images that can be read, of the frame's size, seen through the view of the frame.
-    /// `depth`, in the first channel: metres along the view's forward axis, 0 where there is no surface (`R32_SFLOAT`, since a
-    /// half is too coarse to start rays from). `normal`: in world space, of any length above 0, towards the viewer, of a float
-    /// format. `albedo`: linear, glTF's base colour. `material`, linear, of glTF's model: roughness, metallic,
-    /// and specular, how much what is no metal mirrors, 1 as a rule (0 of an image with two channels). Without it all surfaces are
-    /// Lambertian.
+    /// Checks that a host's surfaces can be lit: images that can be read, of the frame's size, seen through the view of
+    /// the frame. `depth`, in the first channel: metres along the view's forward axis, 0 where there is no surface
+    /// (`R32_SFLOAT`, since a half is too coarse to start rays from). `normal`: in world space, of any length above 0,
+    /// towards the viewer, of a float format. `albedo`: linear, glTF's base colour. `material`, linear, of glTF's
+    /// model: roughness, metallic, and specular, how much what is no metal mirrors, 1 as a rule (0 of an image with two
+    /// channels). Without it all surfaces are Lambertian.
     ///
     /// # Errors
     /// As for [`Self::output`], or [`Prepare::given`] was not set.
@@ -234,20 +239,21 @@ impl Prepared {
         Some(LayerImage { image: image.handle(), view: image.view().handle(), format, size, channel })
     }
 
-    /// Records a frame into `commands`: what is `seen`, and then copies of layers to `outputs` (of a layer that is one number,
-    /// the image that it shares with others). Nothing of Vulkan is allocated, nothing is submitted or waited for.
+    /// Records a frame into `commands`: what is `seen`, and then copies of layers to `outputs` (of a layer that is one
+    /// number, the image that it shares with others). Nothing of Vulkan is allocated, nothing is submitted or waited
+    /// for.
     ///
     /// `seen.scene` is the scene that was prepared, with lights moved and of other intensity, another sky, another
-    /// [`Pose`] and camera; lists and light are made anew only where something shows in them. `seen.image` is `Some(0)`, or
-    /// counts passes over one image whose mean the host takes, or `None` for the light alone.
+    /// [`Pose`] and camera; lists and light are made anew only where something shows in them. `seen.image` is
+    /// `Some(0)`, or counts passes over one image whose mean the host takes, or `None` for the light alone.
     ///
     /// # Panics
-    /// `slot` is none of those prepared, `seen.pose` is not of `seen.scene` ([`Pose::check`]), `seen.scene` has more lights than at
-    /// the start, or an output is of another size than the frame by now.
+    /// `slot` is none of those prepared, `seen.pose` is not of `seen.scene` ([`Pose::check`]), `seen.scene` has more
+    /// lights than at the start, or an output is of another size than the frame by now.
     ///
     /// # Safety
-    /// - `commands` belongs to the context's device and queue family, it is recording, it is outside of a render pass or
-    ///   rendering scope, and no query and no conditional rendering is active in it.
+    /// - `commands` belongs to the context's device and queue family, it is recording, it is outside of a render pass
+    ///   or rendering scope, and no query and no conditional rendering is active in it.
     /// - The device is done with what was recorded over `slot` before, and that is not submitted again.
     /// - All recordings are submitted, once each, in their order to one queue, or the host orders them by semaphores.
     /// - The images of `outputs` are as they say, and live until the device is done.
@@ -266,8 +272,8 @@ impl Prepared {
         self.recorded[slot] = true;
     }
 
-    /// As [`Self::record`], but no image is drawn: surfaces that the host drew, `inputs`, are lit by the scene as it is prepared,
-    /// which they need not be a part of. They cast no shadow and send no light unless they are. `outputs`: of
+    /// As [`Self::record`], but no image is drawn: surfaces that the host drew, `inputs`, are lit by the scene as it is
+    /// prepared, which they need not be a part of. They cast no shadow and send no light unless they are. `outputs`: of
     /// [`Self::given_output`]. Light is looked up at every pixel, so it costs most with `image.interleave` above 1.
     ///
     /// # Panics
@@ -347,12 +353,13 @@ impl Prepared {
         self.frame.grow(&self.context, growth.0)
     }
 
-    /// Changes to other settings, another size and other layers, and to as many lights as `scene` has by now; only what depends
-    /// on what changed is made anew. Outputs and layer images are then asked for again. The slots and whether they measure stay as they
-    /// were.
+    /// Changes to other settings, another size and other layers, and to as many lights as `scene` has by now; only what
+    /// depends on what changed is made anew. Outputs and layer images are then asked for again. The slots and whether
+    /// they measure stay as they were.
     ///
     /// # Errors
-    /// As for [`Prepared::new`]; all then is as before, or, where a host's surfaces alone lack memory, changed without them.
+    /// As for [`Prepared::new`]; all then is as before, or, where a host's surfaces alone lack memory, changed without
+    /// them.
     ///
     /// # Safety
     /// No frame is in flight: buffers that it uses are freed.

@@ -5,12 +5,13 @@ use glam::DVec3;
 use crate::settings::choices;
 
 choices! {
-    /// A layer of an image ("arbitrary output variable"), in the order of files. Its name is used in flags and before the
-    /// OpenEXR channels.
+    /// A layer of an image ("arbitrary output variable"), in the order of files. Its name is used in flags and before
+    /// the OpenEXR channels.
     Aov {
         /// Radiance: the image itself.
         Beauty = "beauty",
-        /// Share of the pixel that surfaces cover; three equal channels. OpenEXR's channel A, and with it colours are premultiplied.
+        /// Share of the pixel that surfaces cover; three equal channels. OpenEXR's channel A, and with it colours are
+        /// premultiplied.
         Alpha = "alpha",
         /// Radiance of emission and direct light.
         Direct = "direct",
@@ -24,8 +25,8 @@ choices! {
         Depth = "depth",
         /// The surface's base colour.
         Albedo = "albedo",
-        /// Share of the surface that is neither metallic nor transmitting, 0 to 1: (1 − metallic) · (1 − transmission). 0 on
-        /// the sky and on unlit surfaces; three equal channels.
+        /// Share of the surface that is neither metallic nor transmitting, 0 to 1: (1 − metallic) · (1 − transmission).
+        /// 0 on the sky and on unlit surfaces; three equal channels.
         Diffuse = "diffuse",
     }
 }
@@ -96,8 +97,8 @@ impl PassMean {
         Layers { width: self.size.0, height: self.size.1, layers: self.sums.iter().map(layer).collect() }
     }
 
-    /// How far the mean is from that of infinitely many passes, as [`relative_noise`], estimated as half the difference between
-    /// the means of even and odd passes; `None` for a single one.
+    /// How far the mean is from that of infinitely many passes, as [`relative_noise`], estimated as half the difference
+    /// between the means of even and odd passes; `None` for a single one.
     pub fn noise(&self) -> Option<f64> {
         let beauty = self.sums.iter().find(|(aov, _)| *aov == Aov::Beauty).filter(|_| self.passes > 1)?;
         let (all, even) = (f64::from(self.passes), f64::from(self.passes.div_ceil(2)));

@@ -1,14 +1,14 @@
-//! Global illumination for any glTF 2.0 scene in raw Vulkan, with or without a GPU: a Vulkan program lends its device and has
-//! frames recorded into its own command buffers; another program has images rendered by a device opened here.
+//! Global illumination for any glTF 2.0 scene in raw Vulkan, with or without a GPU: a Vulkan program lends its device
+//! and has frames recorded into its own command buffers; another program has images rendered by a device opened here.
 //!
-//! Direct light of lamps, lights and sky with exact shadows, and light of two bounces or all of them, by one of several methods
-//! ([`settings::Method`]). The repository's README shows the time of each and its error against a path-traced
+//! Direct light of lamps, lights and sky with exact shadows, and light of two bounces or all of them, by one of several
+//! methods ([`settings::Method`]). The repository's README shows the time of each and its error against a path-traced
 //! reference. Equal calls on the same device give equal bits.
 //!
 //! # A picture
 //!
-//! [`render`] does what the command `twobounce render` does: a scene without a camera is framed, one without light gets a studio's, and
-//! the picture is refined until its noise is low. [`Options`] says otherwise.
+//! [`render`] does what the command `twobounce render` does: a scene without a camera is framed, one without light gets
+//! a studio's, and the picture is refined until its noise is low. [`Options`] says otherwise.
 //!
 //! ```
 //! use twobounce::{Options, Scene, render};
@@ -35,9 +35,10 @@
 //! # In a Vulkan program
 //!
 //! The whole contract is in [`host`]. In short: a program enables what [`host::required_features`] and
-//! [`host::required_extensions`] list, lends its device once, prepares a scene once, and then records frames, which allocates,
-//! submits and waits for nothing. Radiance goes to an image of the program's, and depth, normals and albedo can be had as images.
-//! Or the program draws surfaces itself, and hands over their depth, normals and albedo to have them lit.
+//! [`host::required_extensions`] list, lends its device once, prepares a scene once, and then records frames, which
+//! allocates, submits and waits for nothing. Radiance goes to an image of the program's, and depth, normals and albedo
+//! can be had as images. Or the program draws surfaces itself, and hands over their depth, normals and albedo to have
+//! them lit.
 //!
 //! ```no_run
 //! use std::path::Path;
@@ -85,11 +86,11 @@
 //!
 //! # What stays
 //!
-//! Versions follow [semantic versioning](https://semver.org) for what these pages show: [`render`], [`host`], [`renderer`], [`scene`],
-//! [`settings`], [`Error`], and the crates whose types a host hands over, [`ash`], [`glam`] and [`gpu_allocator`]. Structs are
-//! made by their functions, and their fields changed after that or with `..`, since fields are added. Everything else is public for the program
-//! `twobounce` and for tests, is not shown here, and may change with any version
-//! (`RUSTDOCFLAGS="--cfg internals" cargo doc` shows it).
+//! Versions follow [semantic versioning](https://semver.org) for what these pages show: [`render`], [`host`],
+//! [`renderer`], [`scene`], [`settings`], [`Error`], and the crates whose types a host hands over, [`ash`], [`glam`]
+//! and [`gpu_allocator`]. Structs are made by their functions, and their fields changed after that or with `..`, since
+//! fields are added. Everything else is public for the program `twobounce` and for tests, is not shown here, and may
+//! change with any version (`RUSTDOCFLAGS="--cfg internals" cargo doc` shows it).
 
 pub mod host;
 pub mod renderer;

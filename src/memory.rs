@@ -27,8 +27,8 @@ impl Limit {
     }
 }
 
-/// Bytes of memory that this process can still get, where the system says: of the machine, of what a container or a service may take
-/// of it, and of its own limits.
+/// Bytes of memory that this process can still get, where the system says: of the machine, of what a container or a
+/// service may take of it, and of its own limits.
 pub fn available() -> Option<u64> {
     free().into_iter().chain(addresses()).min()
 }
@@ -61,8 +61,8 @@ fn kib(text: &str, name: &str) -> Option<u64> {
     number.parse::<u64>().ok().map(|kib| kib << 10)
 }
 
-/// Bytes that the control groups in the text of `/proc/self/cgroup` still allow, those around them too, of both versions.
-/// `root`: where their files are.
+/// Bytes that the control groups in the text of `/proc/self/cgroup` still allow, those around them too, of both
+/// versions. `root`: where their files are.
 fn left_in_groups(groups: &str, root: &Path) -> Option<u64> {
     let left = |line: &str| {
         let (controllers, path) = line.split_once(':')?.1.split_once(':')?;

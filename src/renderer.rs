@@ -1,5 +1,5 @@
-//! A host of its own, as the command line uses it: a scene, a [`Frame`] and a [`Readback`] on one device. Renders frames, lets
-//! buffers grow, waits for feedback to settle, reads images back.
+//! A host of its own, as the command line uses it: a scene, a [`Frame`] and a [`Readback`] on one device. Renders
+//! frames, lets buffers grow, waits for feedback to settle, reads images back.
 
 mod lacks;
 mod limits;
@@ -34,7 +34,8 @@ pub use crate::vk::{Context, ContextOptions, Step, Watch, ZoneTimings};
 /// How a frame is handed to the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Submit {
-    /// In parts that each take well below 100 ms on a GPU and about a second on a CPU device, as far as passes can be cut.
+    /// In parts that each take well below 100 ms on a GPU and about a second on a CPU device, as far as passes can be
+    /// cut.
     #[default]
     Short,
     /// One command buffer.
@@ -89,7 +90,8 @@ pub struct FrameReport {
     pub settling: u32,
     /// With `image.passes` above 1: see [`PassMean::noise`].
     pub noise: Option<f64>,
-    /// Of [`Renderer::render`]: milliseconds of processor time of the process over all threads, where the system tells it.
+    /// Of [`Renderer::render`]: milliseconds of processor time of the process over all threads, where the system tells
+    /// it.
     pub cpu_ms: Option<f64>,
 }
 
@@ -175,13 +177,13 @@ impl Renderer {
         Ok(())
     }
 
-    /// The scene with lights, sky, materials (but for which textures they use) and vertices of the meshes `moved` (as many as
-    /// before) changed: what else it holds stays.
+    /// The scene with lights, sky, materials (but for which textures they use) and vertices of the meshes `moved` (as
+    /// many as before) changed: what else it holds stays.
     ///
     /// # Errors
-    /// The device is lost, or has no room for more lights, or there are other instances, meshes or numbers of vertices than before, or
-    /// vertices have other attributes than before that shading reads, or a mesh of `moved` has a skin or morph targets: a pose moves
-    /// these.
+    /// The device is lost, or has no room for more lights, or there are other instances, meshes or numbers of vertices
+    /// than before, or vertices have other attributes than before that shading reads, or a mesh of `moved` has a skin
+    /// or morph targets: a pose moves these.
     pub fn change_scene(&mut self, scene: Scene, pose: &Pose, moved: &[usize]) -> Result<()> {
         scene.check()?;
         pose.check(&scene)?;
@@ -223,8 +225,9 @@ impl Renderer {
         self.frame.light.forget();
     }
 
-    /// One frame, repeated only where buffers had to grow; without an `image`, of that pass, the light alone. A frame that starts from nothing
-    /// makes its lists first, as often as it takes until they fit: no light is made from lists that are not whole.
+    /// One frame, repeated only where buffers had to grow; without an `image`, of that pass, the light alone. A frame
+    /// that starts from nothing makes its lists first, as often as it takes until they fit: no light is made from lists
+    /// that are not whole.
     fn draw(&mut self, pose: &Pose, view: &View, image: Option<u32>) -> Result<FrameReport> {
         pose.check(&self.scene)?;
         let (mut repeats, mut listed) = (0, None);

@@ -55,8 +55,8 @@ struct RayHit {
     float distance;
 };
 
-// Whether a triangle that is hit at that distance is nearer than `best`. Equal distances: the order of the triangles is the
-// GPU's to choose, the image must not be.
+// Whether a triangle that is hit at that distance is nearer than `best`. Equal distances: the order of the triangles is
+// the GPU's to choose, the image must not be.
 bool is_nearer(float distance, uint place, RayHit best) {
     return distance < best.distance
         || (distance == best.distance && triangles[place].source <= triangles[max(best.triangle, 1u) - 1u].source);

@@ -1,6 +1,6 @@
 // Where the list item of a triangle in a voxel is: a hash table with open addressing, of which two thirds are taken at
-// most. It lies behind the heads of all voxels' lists, since devices bind few buffers at once. No outcome depends on the
-// order in which items entered it.
+// most. It lies behind the heads of all voxels' lists, since devices bind few buffers at once. No outcome depends on
+// the order in which items entered it.
 
 #include "common/count.glsl"
 #include "ground/bindings.glsl"

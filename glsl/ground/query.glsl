@@ -1,5 +1,6 @@
-// Rays by the queries of VK_KHR_ray_query, through the acceleration structure of src/ground/tree/queries.rs. The device proposes
-// triangles; which of them is hit, where, and what a mask leaves of it, the same GLSL says as for rays through the tree.
+// Rays by the queries of VK_KHR_ray_query, through the acceleration structure of src/ground/tree/queries.rs. The device
+// proposes triangles; which of them is hit, where, and what a mask leaves of it, the same GLSL says as for rays through
+// the tree.
 #extension GL_EXT_ray_query : require
 #include "common/count.glsl"
 #include "ground/hit.glsl"
@@ -7,8 +8,8 @@
 
 uniform accelerationStructureEXT scene_structure;
 
-// 1 + the place of a triangle of the structure; 0 if it was dropped. Its first geometry holds the opaque triangles. Here
-// the links are no tree's: how many are opaque, then all sources in the order of the structure.
+// 1 + the place of a triangle of the structure; 0 if it was dropped. Its first geometry holds the opaque triangles.
+// Here the links are no tree's: how many are opaque, then all sources in the order of the structure.
 uint queried(int geometry, int primitive) {
     uint first = geometry == 0 ? 1u : 1u + tree_links[0];
     return slots[tree_links[first + uint(primitive)]];
@@ -48,8 +49,8 @@ float query_rounding(float distance) {
     return 1e-4 + 1e-5 * distance;
 }
 
-// As trace_ray. The first round finds where the device meets the nearest triangle. The second looks at all that it meets
-// as near as that within rounding, and decides among them as rays through the tree do.
+// As trace_ray. The first round finds where the device meets the nearest triangle. The second looks at all that it
+// meets as near as that within rounding, and decides among them as rays through the tree do.
 RayHit query_ray(vec3 origin, vec3 d, float least) {
     RayHit best = RayHit(0u, vec2(0.0), 1e30);
     RayHit first = best; // by the device's own test

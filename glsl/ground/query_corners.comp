@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Names the corners of the triangles that an acceleration structure stands over, in its own order, which is the same every
-// frame. A triangle that was dropped when it was recorded has one corner three times: no ray hits it.
+// Names the corners of the triangles that an acceleration structure stands over, in its own order, which is the same
+// every frame. A triangle that was dropped when it was recorded has one corner three times: no ray hits it.
 
 #include "common/count.glsl"
 #include "common/thread.glsl"

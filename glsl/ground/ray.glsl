@@ -1,5 +1,5 @@
-// A ray through all triangles, as far as it lies in the volume: through the tree, or by the device's own queries where the
-// settings and the device say so (FEATURE_QUERY).
+// A ray through all triangles, as far as it lies in the volume: through the tree, or by the device's own queries where
+// the settings and the device say so (FEATURE_QUERY).
 #include "common/count.glsl"
 #include "common/color.glsl"
 #include "ground/hit.glsl"

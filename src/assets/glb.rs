@@ -1,8 +1,8 @@
 //! A writer of glTF 2.0 binaries from descriptions in TOML.
 //!
-//! A description has the materials and nodes of a glTF document, with these differences. A node has a shape and the name of a
-//! material instead of a mesh, and holds its light or camera itself. A material lists the images to embed before its first use.
-//! Motion is described at the thing that moves, by keys, and becomes one animation.
+//! A description has the materials and nodes of a glTF document, with these differences. A node has a shape and the
+//! name of a material instead of a mesh, and holds its light or camera itself. A material lists the images to embed
+//! before its first use. Motion is described at the thing that moves, by keys, and becomes one animation.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -152,8 +152,8 @@ impl Glb {
         self.channels.push(json!({ "sampler": sampler, "target": { "node": node, "path": path } }));
     }
 
-    /// A skin for the shape: a chain of joints from `at` upwards, each turned against the one below. The vertices follow the two
-    /// that are nearest in height.
+    /// A skin for the shape: a chain of joints from `at` upwards, each turned against the one below. The vertices
+    /// follow the two that are nearest in height.
     fn sway(&mut self, sway: &Sway, form: &Form, primitive: &mut Value, at: Value) -> usize {
         let heights: Vec<f64> = Shape::of(form).positions.iter().map(|p| p.y).collect();
         let height = heights.iter().copied().fold(0.0, f64::max);

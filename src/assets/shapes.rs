@@ -9,8 +9,8 @@ use serde::Deserialize;
 #[derive(Clone, Deserialize, PartialEq)]
 #[serde(rename_all = "lowercase")]
 pub enum Form {
-    /// A parallelogram with normal `u` × `v`. Its uv goes from (0, `repeat.y`) at `corner` to (`repeat.x`, 0) at the opposite
-    /// corner; `repeat` is (1, 1) if absent.
+    /// A parallelogram with normal `u` × `v`. Its uv goes from (0, `repeat.y`) at `corner` to (`repeat.x`, 0) at the
+    /// opposite corner; `repeat` is (1, 1) if absent.
     Quad { corner: [f64; 3], u: [f64; 3], v: [f64; 3], repeat: Option<[f64; 2]> },
     /// Closed boxes between two corners each; then rotated by an angle in radians around the Y axis, and translated.
     Boxes { corners: Vec<[[f64; 3]; 2]>, moved: Option<(f64, [f64; 3])> },
@@ -130,7 +130,8 @@ impl Shape {
         Self { positions, normals, indices, ..Self::default() }
     }
 
-    /// The radius of a sphere becomes r (1 + a y), y = 3√3 x y z of the direction: its gradient along the sphere turns the normals.
+    /// The radius of a sphere becomes r (1 + a y), y = 3√3 x y z of the direction: its gradient along the sphere turns
+    /// the normals.
     fn lobed(self, a: f64) -> Self {
         let moved = |&n: &DVec3| {
             let (height, slope) = (n.x * n.y * n.z, dvec3(n.y * n.z, n.x * n.z, n.x * n.y));

@@ -71,8 +71,9 @@ pub fn turn(seconds: f64) -> Vec<(f64, [f64; 4])> {
     [0.0, 0.25, 0.5, 0.75, 1.0].map(|part| (seconds * part, rotation(part))).into()
 }
 
-/// Goes through the keys smoothly, each number for itself, and never beyond two that follow each other: a cubic with the harmonic
-/// mean of both sides' slopes at each key, 0 where they differ in sign (Fritsch and Butland, 1984, for even steps).
+/// Goes through the keys smoothly, each number for itself, and never beyond two that follow each other: a cubic with
+/// the harmonic mean of both sides' slopes at each key, 0 where they differ in sign (Fritsch and Butland, 1984, for
+/// even steps).
 pub fn smooth<const N: usize, const M: usize>(keys: &[Key<N>]) -> Vec<(f64, [f64; M])> {
     let slope =
         |from: usize, of: usize| (keys[from + 1].0[of] - keys[from].0[of]) / (keys[from + 1].0[0] - keys[from].0[0]);

@@ -70,8 +70,8 @@ impl Chart {
         self.outline.scenes.iter().map(|sketch| &sketch.line)
     }
 
-    /// Earlier rows of this chart's settings that a folder keeps, the oldest first: of other builds, and of former states of the
-    /// scene or of the noise.
+    /// Earlier rows of this chart's settings that a folder keeps, the oldest first: of other builds, and of former
+    /// states of the scene or of the noise.
     fn history(&self, store: &Store<Row>) -> Vec<Row> {
         let is_earlier = |row: &Row| {
             let now = self.rows().find(|now| now.is_same_as(row));
@@ -113,8 +113,8 @@ impl Chart {
         std::iter::once(part).chain(further).flat_map(panels_of).collect()
     }
 
-    /// The part of the light that is shown where there is room for one: the indirect light on diffuse surfaces, or the whole
-    /// image where the scene shows no such surface.
+    /// The part of the light that is shown where there is room for one: the indirect light on diffuse surfaces, or the
+    /// whole image where the scene shows no such surface.
     pub fn part(&self, scene: &str) -> Part {
         let has_diffuse = |row: &&Row| row.rel(Reference::Same, Part::Diffuse).is_some();
         if self.rows_of(scene).iter().any(has_diffuse) { Part::Diffuse } else { Part::Total }
@@ -171,7 +171,8 @@ impl Chart {
     }
 }
 
-/// Columns of `rows.csv` before those of errors and passes, each with its place in a row's JSON, to which the size is added.
+/// Columns of `rows.csv` before those of errors and passes, each with its place in a row's JSON, to which the size is
+/// added.
 const COLUMNS: &[(&str, &str)] = &[
     ("scene", "/scene"),
     ("name", "/name"),

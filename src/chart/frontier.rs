@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Indices of the points (cost, error) that no other beats, the cheapest first. A point beats another that it equals on one
-/// axis and improves on in the other. Points that are not finite are left out; of equal points all are kept.
+/// Indices of the points (cost, error) that no other beats, the cheapest first. A point beats another that it equals on
+/// one axis and improves on in the other. Points that are not finite are left out; of equal points all are kept.
 pub fn frontier(points: &[(f64, f64)]) -> Vec<usize> {
     let finite = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
     let beats = |a: &(f64, f64), b: &(f64, f64)| a.0 <= b.0 && a.1 <= b.1 && a != b;

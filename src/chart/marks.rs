@@ -7,7 +7,8 @@ use super::row::{Row, Source};
 use crate::gi::Method;
 use crate::output::svg::COLORS;
 
-/// Outlines within a circle of radius 1, of about the same area: cross, triangle, circle, square, diamond, pentagon, hourglass.
+/// Outlines within a circle of radius 1, of about the same area: cross, triangle, circle, square, diamond, pentagon,
+/// hourglass.
 const SHAPES: &[&str] = &[
     "M-.4-1.1H.4V-.4H1.1V.4H.4V1.1H-.4V.4H-1.1V-.4H-.4Z",
     "M0-1.25L1.15 .8H-1.15Z",

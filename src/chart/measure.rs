@@ -1,11 +1,11 @@
 //! One row: renders a setting, times it, and compares its image with the references.
 //!
-//! The error is that of the first frame (with `bounces = all`, after it settled), so that it does not depend on how many frames
-//! were timed. Times are of later frames without further layers, which would take time of their own; each
+//! The error is that of the first frame (with `bounces = all`, after it settled), so that it does not depend on how
+//! many frames were timed. Times are of later frames without further layers, which would take time of their own; each
 //! makes lists and light again, as if something had moved.
 //!
-//! The whole image is that of the settings. The indirect light is measured on equal terms ([`terms`]): where the settings shadow
-//! lights by cones or gather lamps, on a second image.
+//! The whole image is that of the settings. The indirect light is measured on equal terms ([`terms`]): where the
+//! settings shadow lights by cones or gather lamps, on a second image.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -40,7 +40,8 @@ const TRACES: Count = Count { warm_up: 0, least: 1, ..FRAMES };
 /// Most paths a pixel of a row of the path tracer: more are a reference.
 pub const MOST_PATHS: u32 = 1 << 16;
 
-/// The seed of the path tracer's rows. With the seed of the references a row would share their noise and seem better than it is.
+/// The seed of the path tracer's rows. With the seed of the references a row would share their noise and seem better
+/// than it is.
 pub const SEED: u64 = 1;
 
 /// A scene of a chart: how it is looked at, and its references.
@@ -91,8 +92,8 @@ impl ReferenceImage {
     }
 }
 
-/// Light of as many indirect bounces as the settings ask for, whatever the method. Where the sky is all of a scene's light, the
-/// first gather finds its direct light, so that the image shows one indirect bounce fewer.
+/// Light of as many indirect bounces as the settings ask for, whatever the method. Where the sky is all of a scene's
+/// light, the first gather finds its direct light, so that the image shows one indirect bounce fewer.
 pub fn same_depth(scene: &Scene, settings: &Settings) -> Depth {
     let sky_alone = scene.sky != glam::Vec3::ZERO && scene.lights.is_empty() && !scene.emits();
     match settings.bounces {
@@ -188,12 +189,13 @@ impl ChartScene {
         picture::uri(self.options.size, codes(radiance, display))
     }
 
-    /// Times what a row says and compares its images, which [`Self::judge`] takes, with the references. Nothing is timed of an image of
-    /// another program. `go_on` is asked between frames and between traces.
+    /// Times what a row says and compares its images, which [`Self::judge`] takes, with the references. Nothing is
+    /// timed of an image of another program. `go_on` is asked between frames and between traces.
     ///
     /// # Errors
-    /// Those of `go_on`; [`crate::Error::Interrupted`] once `cancel` is set; whatever keeps the row from being made: too little
-    /// memory, a lost device, an image without a finite pixel, or one that is not what it was when the chart began.
+    /// Those of `go_on`; [`crate::Error::Interrupted`] once `cancel` is set; whatever keeps the row from being made:
+    /// too little memory, a lost device, an image without a finite pixel, or one that is not what it was when the chart
+    /// began.
     pub fn measure(
         &self,
         context: &Arc<Context>,
@@ -260,8 +262,8 @@ impl ChartScene {
         })
     }
 
-    /// Path-traces the scene along so many paths a pixel, as an offline renderer would. The time is the wall time of a trace on all
-    /// threads, with the tree of the scene's triangles, as the time of a frame has its voxels.
+    /// Path-traces the scene along so many paths a pixel, as an offline renderer would. The time is the wall time of a
+    /// trace on all threads, with the tree of the scene's triangles, as the time of a frame has its voxels.
     fn trace(&self, paths: u32, cancel: &AtomicBool, go_on: &dyn Fn() -> Result<()>) -> Result<(Images, Measured)> {
         let options = Options { seed: SEED, ..self.reference_options(Depth::Full, Stop::Samples(paths)) };
         let (mut wall_ms, mut cpu_ms) = (Vec::new(), Vec::new());

@@ -1,8 +1,8 @@
 //! Time and error of many settings on the same scenes, each a row.
 //!
-//! [`plan`] lists settings, [`measure`] makes a [`row::Row`] of each, and of the path tracer and of images of other programs
-//! ([`import`]); [`crate::lab::store`] keeps rows between calls, the other modules write files.
-//! [`study`] is the plan behind `docs/notes/study/`.
+//! [`plan`] lists settings, [`measure`] makes a [`row::Row`] of each, and of the path tracer and of images of other
+//! programs ([`import`]); [`crate::lab::store`] keeps rows between calls, the other modules write files. [`study`] is
+//! the plan behind `docs/notes/study/`.
 
 pub mod export;
 pub mod frontier;

@@ -92,8 +92,8 @@ impl Outline {
         (self.width, self.height, self.reference_noise)
     }
 
-    /// Takes what an earlier call left of these scenes, so that references are not needed where every row is there already. Scenes
-    /// without any reference are left out.
+    /// Takes what an earlier call left of these scenes, so that references are not needed where every row is there
+    /// already. Scenes without any reference are left out.
     pub fn take_truths(&mut self, store: &Store<Row>) {
         if let Ok(before) = Self::load(&store.path(""))
             && before.size_and_noise() == self.size_and_noise()

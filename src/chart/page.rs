@@ -14,7 +14,8 @@ use crate::lab::page::Page;
 use crate::lab::store::{Row as _, Stored};
 use crate::output::svg::COLORS;
 
-/// The JSON that the page's script reads. Settings are shown in the order of their keys, which a [`Value`] does not keep.
+/// The JSON that the page's script reads. Settings are shown in the order of their keys, which a [`Value`] does not
+/// keep.
 #[derive(Serialize)]
 struct Data<'a> {
     #[serde(flatten)]

@@ -1,4 +1,5 @@
-//! Which settings are run: every base by itself, then every value of every axis on top of every base, one axis at a time.
+//! Which settings are run: every base by itself, then every value of every axis on top of every base, one axis at a
+//! time.
 
 use std::collections::BTreeSet;
 
@@ -21,8 +22,8 @@ pub fn sweep(text: &str) -> Result<Vec<Vec<String>>> {
     Ok(values.split(',').map(|value| vec![format!("{key}={}", value.trim())]).collect())
 }
 
-/// The settings to run: the bases, then each of `values`, a list of `key=value`, on top of every base. What would run twice
-/// runs once, under its first name.
+/// The settings to run: the bases, then each of `values`, a list of `key=value`, on top of every base. What would run
+/// twice runs once, under its first name.
 ///
 /// # Errors
 /// [`Error::Usage`]: a key or a value that does not exist.

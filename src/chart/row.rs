@@ -19,7 +19,8 @@ pub struct Row {
     pub key: String,
     /// Hash over the same but the device: shards and merged charts know a row of any machine by it.
     pub address: String,
-    /// The scene's name in this chart. A row that is not placed yet names the only scene that it is for, or none if it is for all.
+    /// The scene's name in this chart. A row that is not placed yet names the only scene that it is for, or none if it
+    /// is for all.
     pub scene: String,
     /// The preset and what was swept, in one line; of other images how they are called.
     pub name: String,
@@ -74,8 +75,8 @@ pub struct Measured {
     pub memory_bytes: Option<u64>,
     /// Values of the image that are NaN or infinite.
     pub nonfinite: usize,
-    /// The settings that were changed for the image on which the indirect light was measured, as `key=value`; empty where it is
-    /// the image of the row's own settings. See [`crate::measure::terms`].
+    /// The settings that were changed for the image on which the indirect light was measured, as `key=value`; empty
+    /// where it is the image of the row's own settings. See [`crate::measure::terms`].
     pub equal_terms: Vec<String>,
     /// Against all of the light.
     pub full: Errors,
@@ -151,8 +152,8 @@ impl lab::Row for Row {
 }
 
 impl Row {
-    /// Settings on top of a preset, without a scene and a result yet. A base that is no preset shows all that differs from the default
-    /// one.
+    /// Settings on top of a preset, without a scene and a result yet. A base that is no preset shows all that differs
+    /// from the default one.
     pub fn of_settings(preset: &str, swept: &[String], settings: Settings) -> Self {
         let name = [&[preset.to_owned()], swept].concat().join(" ");
         let changes = settings.changes_from(&Settings::preset(preset).unwrap_or_default());
@@ -166,8 +167,8 @@ impl Row {
         Self { name, source: Source::PathTracer { paths }, ..Self::default() }
     }
 
-    /// Itself in a scene, with its hashes over everything that determines it except the program. `noise`: of references, a share;
-    /// `common`: the device and whether it is validated.
+    /// Itself in a scene, with its hashes over everything that determines it except the program. `noise`: of
+    /// references, a share; `common`: the device and whether it is validated.
     pub fn in_scene(&self, scene: &ChartScene, noise: f64, common: &[String; 2]) -> Self {
         let seen = cache::key(scene.still(), &scene.reference_options(Depth::Full, Stop::Noise(noise))).to_string();
         let bounds = format!("{:?}", scene.options.bounds);

@@ -1,4 +1,5 @@
-//! The default study: every preset, and every axis by itself on top of a preset. It fills the tables of `docs/notes/study/README.md`.
+//! The default study: every preset, and every axis by itself on top of a preset. It fills the tables of
+//! `docs/notes/study/README.md`.
 
 use std::collections::BTreeSet;
 
@@ -20,8 +21,8 @@ pub const SCENES: &[&str] = &["assets/cornell-area.glb", "assets/cornell-point.g
 /// Set in every preset first, so that the study can run on a CPU; 128³ has its own axis.
 pub const BASE: &[&str] = &["voxels=64"];
 
-/// An axis's name, the preset to start from, and what is tried on top of it: a sweep, `key=value,value,…`, or `key=value` of
-/// several keys at once, separated by spaces. To add an axis, add a line.
+/// An axis's name, the preset to start from, and what is tried on top of it: a sweep, `key=value,value,…`, or
+/// `key=value` of several keys at once, separated by spaces. To add an axis, add a line.
 pub const AXES: &[(&str, &str, &[&str])] = &[
     ("grid", "balanced", &["voxels=32,128"]),
     ("grid, fast", "fast", &["voxels=32,128"]),
@@ -153,7 +154,8 @@ const ERRORS: [(&str, Part, Reference); 4] = [
     ("diffuse, all", Part::Diffuse, Reference::Full),
 ];
 
-/// The pictures, and a line for every setting: of each scene the time, then errors, those on a frontier of time and error bold.
+/// The pictures, and a line for every setting: of each scene the time, then errors, those on a frontier of time and
+/// error bold.
 fn settings_table(chart: &Chart, lines: &[(&'static str, Row)]) -> String {
     let mut head = ["axis", "setting", "method"].map(str::to_owned).to_vec();
     let mut table: Vec<Vec<String>> = Vec::new();

@@ -1,7 +1,7 @@
 //! The suite: scenes with cameras, references that know their own error, and rows of anybody's images.
 //!
-//! `suite/suite.toml` lists the scenes. A reference is the mean of traces with other seeds, and their spread is its standard error.
-//! Every row is held against all light by the definition that all charts share.
+//! `suite/suite.toml` lists the scenes. A reference is the mean of traces with other seeds, and their spread is its
+//! standard error. Every row is held against all light by the definition that all charts share.
 
 use std::cmp::Reverse;
 use std::fmt::Write as _;

@@ -61,8 +61,8 @@ pub struct SceneArgs {
     /// Refuse a scene of which a texture or a required extension would be left out
     #[arg(long)]
     pub strict: bool,
-    /// Add a studio's light, softboxes and a directional light: `auto` where the scene has no light and no sky and does not
-    /// light itself
+    /// Add a studio's light, softboxes and a directional light: `auto` where the scene has no light and no sky and does
+    /// not light itself
     #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = when())]
     pub default_light: When,
     /// Add a grey ground below the scene: `auto` with the default light, where the camera is above it

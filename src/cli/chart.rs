@@ -15,8 +15,8 @@ use super::bench::imports::ImportArgs;
 use super::bench::{Bench, BenchArgs};
 use super::share;
 
-/// Every preset runs by itself, then every value of every --sweep on top of every preset, one sweep at a time. Each row is
-/// kept as soon as it is finished: after an interruption the same command continues.
+/// Every preset runs by itself, then every value of every --sweep on top of every preset, one sweep at a time. Each row
+/// is kept as soon as it is finished: after an interruption the same command continues.
 #[derive(Args, Debug)]
 #[command(mut_arg("size", |arg| arg.default_value("256x256")))]
 pub struct ChartArgs {

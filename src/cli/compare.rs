@@ -99,7 +99,8 @@ limits! {
 /// Two images compared.
 struct Compared {
     comparison: Comparison,
-    /// The settings with which the image must be rendered again before its indirect light can be compared; empty if it can.
+    /// The settings with which the image must be rendered again before its indirect light can be compared; empty if it
+    /// can.
     needs: String,
 }
 

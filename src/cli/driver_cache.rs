@@ -1,13 +1,14 @@
-//! A way round a fault of Mesa's software driver, seen in 22.3.6 and still in the sources of later versions: the key of its
-//! cache on disk names the processor, but not the width of vectors that `LP_NATIVE_VECTOR_WIDTH` asks for. Code for vectors of
-//! 256 bits that lies in the cache then runs in a process whose driver allots memory for 128 bits, and writes past its end.
+//! A way round a fault of Mesa's software driver, seen in 22.3.6 and still in the sources of later versions: the key of
+//! its cache on disk names the processor, but not the width of vectors that `LP_NATIVE_VECTOR_WIDTH` asks for. Code for
+//! vectors of 256 bits that lies in the cache then runs in a process whose driver allots memory for 128 bits, and
+//! writes past its end.
 
 use std::env;
 use std::fs;
 use std::path::PathBuf;
 
-/// Gives the driver a cache of its own for the width of vectors that the environment asks for, where it asks for one. To be
-/// called before the process has a second thread.
+/// Gives the driver a cache of its own for the width of vectors that the environment asks for, where it asks for one.
+/// To be called before the process has a second thread.
 pub fn separate_widths() {
     let Some(width) = env::var("LP_NATIVE_VECTOR_WIDTH").ok().and_then(|text| text.parse::<u32>().ok()) else { return };
     let own = folder().map(|folder| folder.join(format!("mesa-vectors-{width}")));

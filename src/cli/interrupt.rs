@@ -1,5 +1,6 @@
-//! Ctrl-C, SIGTERM, SIGHUP and SIGXCPU (`ulimit -t`) set a flag that long work looks at between steps, and then stops cleanly. What
-//! has not stopped soon is ended all the same, as after a second signal, but not while a file is being written.
+//! Ctrl-C, SIGTERM, SIGHUP and SIGXCPU (`ulimit -t`) set a flag that long work looks at between steps, and then stops
+//! cleanly. What has not stopped soon is ended all the same, as after a second signal, but not while a file is being
+//! written.
 
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::{Duration, Instant};
@@ -12,8 +13,8 @@ use super::threads;
 const PATIENCE: Duration = Duration::from_millis(700);
 const LAST_WORDS: Duration = Duration::from_millis(300);
 
-/// From now on these signals set the flag; the threads that share loops are started, which take no signals. Called before anything
-/// that takes long, and before other threads are started.
+/// From now on these signals set the flag; the threads that share loops are started, which take no signals. Called
+/// before anything that takes long, and before other threads are started.
 ///
 /// # Errors
 /// One sentence where the system allows no threads.
@@ -108,8 +109,8 @@ mod imp {
         unsafe { libc::_exit(code) }
     }
 
-    /// A process ends when each of its threads has run once more, and a thread of Mesa's shader cache has the lowest priority. Does
-    /// nothing where the user may not raise it.
+    /// A process ends when each of its threads has run once more, and a thread of Mesa's shader cache has the lowest
+    /// priority. Does nothing where the user may not raise it.
     #[cfg(target_os = "linux")]
     fn raise_priorities() {
         let threads = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();

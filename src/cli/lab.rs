@@ -29,8 +29,8 @@ pub trait Experiment {
         Ok(())
     }
 
-    /// Measures a row and keeps it. `go_on` is asked between frames. An error that is not [`Error::Interrupted`] is what keeps the row
-    /// from running: [`Self::keep_failure`] has it next.
+    /// Measures a row and keeps it. `go_on` is asked between frames. An error that is not [`Error::Interrupted`] is
+    /// what keeps the row from running: [`Self::keep_failure`] has it next.
     fn measure(&mut self, row: usize, context: &Arc<Context>, go_on: &dyn Fn() -> Result<()>) -> Result<()>;
 
     /// Keeps why a row could not run, or gives an error that ends the whole run.
@@ -61,8 +61,8 @@ pub struct Runner<'a> {
 pub struct Pages(Option<(Instant, Duration)>);
 
 impl Pages {
-    /// Writes pages of what there is now, unless they were just written: a program that is killed leaves them. Of many rows that
-    /// takes a while: at most a twentieth of the time goes into it.
+    /// Writes pages of what there is now, unless they were just written: a program that is killed leaves them. Of many
+    /// rows that takes a while: at most a twentieth of the time goes into it.
     pub fn write_now_and_then(&mut self, experiment: &mut impl Experiment) -> Result<()> {
         if self.0.is_none_or(|(at, took)| at.elapsed() > PAGES_EVERY.max(20 * took)) {
             let begin = Instant::now();
@@ -75,8 +75,9 @@ impl Pages {
 }
 
 impl Runner<'_> {
-    /// Measures the rows that are missing, in their order, until the budget is spent or Ctrl-C is pressed. Says whether the budget
-    /// ended it. Errors are those of the experiment that are no row's own, and a device that cannot be opened again.
+    /// Measures the rows that are missing, in their order, until the budget is spent or Ctrl-C is pressed. Says whether
+    /// the budget ended it. Errors are those of the experiment that are no row's own, and a device that cannot be
+    /// opened again.
     pub fn run(&self, experiment: &mut impl Experiment, context: Arc<Context>, pages: &mut Pages) -> Result<bool> {
         let missing: Vec<usize> = (0..experiment.len()).filter(|row| !experiment.is_measured(*row)).collect();
         let mut progress = RowProgress::new(missing.len(), experiment.len());

@@ -4,8 +4,9 @@
 #[cfg(unix)]
 const STACK: libc::rlim_t = 1 << 20;
 
-/// From now on a file that grows beyond `ulimit -f` is an error of its writer, and no signal; and where addresses are limited, threads
-/// share a heap: each would take 64 MiB of them for its own. Called before threads are started. An error where the stack is too small.
+/// From now on a file that grows beyond `ulimit -f` is an error of its writer, and no signal; and where addresses are
+/// limited, threads share a heap: each would take 64 MiB of them for its own. Called before threads are started. An
+/// error where the stack is too small.
 pub fn begin() -> Result<(), &'static str> {
     // SAFETY: the signal is ignored, so that no code runs in it; the other call takes numbers alone.
     #[cfg(unix)]
@@ -34,7 +35,8 @@ mod memory {
     #[global_allocator]
     static ALLOCATOR: OrEnd = OrEnd;
 
-    /// The system's allocator. Where it has no more, the program ends; Rust would print a backtrace, for which it needs memory.
+    /// The system's allocator. Where it has no more, the program ends; Rust would print a backtrace, for which it needs
+    /// memory.
     struct OrEnd;
 
     // SAFETY: all is the system's allocator's.

@@ -1,4 +1,5 @@
-//! Progress of long work on standard error: on a terminal one line that is rewritten, otherwise a line every ten seconds.
+//! Progress of long work on standard error: on a terminal one line that is rewritten, otherwise a line every ten
+//! seconds.
 
 pub mod course;
 
@@ -84,7 +85,8 @@ impl Drop for Work {
     }
 }
 
-/// From now on, progress and what is said go nowhere, or where they went before. Notes and errors are written all the same.
+/// From now on, progress and what is said go nowhere, or where they went before. Notes and errors are written all the
+/// same.
 pub fn be_quiet(quiet: bool) {
     line().quiet = quiet;
 }
@@ -176,8 +178,8 @@ impl Shown {
     }
 }
 
-/// How long the rest takes if it takes as long as all before, which `spent` went into. The latest alone would say less: rows
-/// alternate between scenes, and one takes ten times as long as another.
+/// How long the rest takes if it takes as long as all before, which `spent` went into. The latest alone would say less:
+/// rows alternate between scenes, and one takes ten times as long as another.
 pub fn left(spent: Duration, done: u64, all: u64) -> Option<Duration> {
     (0 < done && done < all).then(|| spent.mul_f64((all - done) as f64 / done as f64))
 }

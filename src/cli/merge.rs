@@ -18,8 +18,8 @@ use twobounce::{Error, Result};
 use super::{outputs, threads};
 use crate::say;
 
-/// Folders of `chart`, `study --rows` and `stability` become one folder with every row and one page; rows that two of them have must
-/// be the same but for their times. Films of `reference --samples` become one film or image.
+/// Folders of `chart`, `study --rows` and `stability` become one folder with every row and one page; rows that two of
+/// them have must be the same but for their times. Films of `reference --samples` become one film or image.
 #[derive(Args, Debug)]
 pub struct MergeArgs {
     /// The folders, or the films, to put together
@@ -96,8 +96,8 @@ fn folders<R: Row>(args: &MergeArgs) -> Vec<&Path> {
     own.into_iter().chain(others).collect()
 }
 
-/// Puts rows into one folder, lets `write` make its pages, which has the number of rows that should be there, and says what came
-/// together. `order`: the addresses of all rows.
+/// Puts rows into one folder, lets `write` make its pages, which has the number of rows that should be there, and says
+/// what came together. `order`: the addresses of all rows.
 fn merge_rows<R: Row>(
     args: &MergeArgs,
     folders: &[&Path],

@@ -1,7 +1,8 @@
-//! The command line: the commands are listed here, [`args`] has the arguments that they share, [`scene`] opens a scene, [`outputs`] checks where files go, then one file per
-//! subcommand.
+//! The command line: the commands are listed here, [`args`] has the arguments that they share, [`scene`] opens a scene,
+//! [`outputs`] checks where files go, then one file per subcommand.
 //!
-//! Exit codes: 0 done, 1 a threshold was exceeded, 2 the user's or the environment's fault, 128 and the signal's number interrupted.
+//! Exit codes: 0 done, 1 a threshold was exceeded, 2 the user's or the environment's fault, 128 and the signal's number
+//! interrupted.
 
 mod args;
 mod bench;

@@ -29,9 +29,9 @@ use super::scene::options;
 use super::{interrupt, out, outputs, words};
 use crate::say;
 
-/// Races presets, climbs the ladders of their settings, measures what these promise, times the best in turns and checks the winner
-/// where nothing was searched. What was measured is kept beside the references: asked again, the answer is there at once;
-/// interrupted, the same command goes on. Exits with 1 and the nearest settings where none hold.
+/// Races presets, climbs the ladders of their settings, measures what these promise, times the best in turns and checks
+/// the winner where nothing was searched. What was measured is kept beside the references: asked again, the answer is
+/// there at once; interrupted, the same command goes on. Exits with 1 and the nearest settings where none hold.
 #[derive(Args, Debug)]
 #[command(mut_arg("time", |arg| arg.long("first-time").hide(true)))]
 #[command(mut_arg("camera", |arg| arg.value_name("NAME|INDEX,…").help("The file's cameras to look through, separated by commas; by default its first, or one that frames the scene")))]
@@ -48,7 +48,8 @@ pub struct PlanArgs {
     )]
     #[arg(value_parser = number(|n| n >= 0.0, "write seconds, finite and at least 0"))]
     pub times: Vec<f64>,
-    /// Allow an error of so much: mean |image − reference| over the reference's mean, against all light (0.1 is a tenth)
+    /// Allow an error of so much: mean |image − reference| over the reference's mean, against all light (0.1 is a
+    /// tenth)
     #[arg(long, value_name = "X", value_parser = number(|x| x > 0.0, "write an error above 0, such as 0.1"))]
     pub max_error: Option<f64>,
     /// Allow a frame from scratch so many milliseconds of device time
@@ -60,7 +61,8 @@ pub struct PlanArgs {
     /// The light whose error counts: of the whole image, the indirect light alone, or that on diffuse surfaces
     #[arg(long, value_name = "PART", default_value = "whole", value_parser = part())]
     pub error_of: Part,
-    /// How long the search may take, references and checks included: 90s, 5min, 1h. It ends before where nothing promises more
+    /// How long the search may take, references and checks included: 90s, 5min, 1h. It ends before where nothing
+    /// promises more
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = budget)]
     pub budget: Duration,
     /// Try these methods alone, separated by commas [default: all]
@@ -206,7 +208,8 @@ impl PlanArgs {
         Ok(Seen { words, flags, pose, view })
     }
 
-    /// Two views that were not asked for: another camera of the file and another moment, or the first view turned aside.
+    /// Two views that were not asked for: another camera of the file and another moment, or the first view turned
+    /// aside.
     fn held_out(&self, opened: &Staged, asked: &[Seen]) -> Result<Vec<Seen>> {
         let first = &asked[0];
         let mut views = Vec::new();

@@ -37,8 +37,8 @@ pub struct ProfileArgs {
     /// Frames that times are taken over, after one to warm up
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: u32,
-    /// Also measure how each pass grows with the grid's edge (16 to 128), the triangles (×1 ×4 ×16) and the pixels: minutes
-    /// on a CPU device
+    /// Also measure how each pass grows with the grid's edge (16 to 128), the triangles (×1 ×4 ×16) and the pixels:
+    /// minutes on a CPU device
     #[arg(long)]
     pub growth: bool,
     /// Draw the growth

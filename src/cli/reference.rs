@@ -29,8 +29,8 @@ use crate::say;
 pub struct ReferenceArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// The image to write: linear radiance in an .exr, or a .png or .jpg for a display; - is an .exr on standard output. With
-    /// --samples a .film, for `twobounce merge`
+    /// The image to write: linear radiance in an .exr, or a .png or .jpg for a display; - is an .exr on standard
+    /// output. With --samples a .film, for `twobounce merge`
     #[arg(short, long, value_name = "REF.exr|REF.png|PART.film")]
     pub output: PathBuf,
     /// Samples per pixel

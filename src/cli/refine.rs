@@ -11,8 +11,9 @@ use super::args::{SettingsArgs, budget, percent};
 
 #[derive(Args, Clone, Debug, Default)]
 pub struct RefineArgs {
-    /// Add passes over the image until the root mean square of its pixels' relative error is at most this, by its own estimate, or
-    /// take those of image.passes alone [default: 2 for a still image without --timings, --json, --trace and image.passes, else off]
+    /// Add passes over the image until the root mean square of its pixels' relative error is at most this, by its own
+    /// estimate, or take those of image.passes alone [default: 2 for a still image without --timings, --json, --trace
+    /// and image.passes, else off]
     #[arg(long, value_name = "PERCENT|off", value_parser = noise, allow_negative_numbers = true)]
     pub noise: Option<Noise>,
     /// Add no more passes once the command has taken this long, such as 90s or 5min

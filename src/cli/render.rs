@@ -38,8 +38,8 @@ use crate::say;
 pub struct RenderArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// The image to write: .png (exposed, tone-mapped) or .exr (linear radiance); - is standard output, a .png or, with --aov,
-    /// an .exr
+    /// The image to write: .png (exposed, tone-mapped) or .exr (linear radiance); - is standard output, a .png or, with
+    /// --aov, an .exr
     #[arg(short, long, value_name = "OUT.png|OUT.exr")]
     pub output: PathBuf,
     #[command(flatten)]
@@ -58,8 +58,8 @@ pub struct RenderArgs {
     /// With --repeat, reuse what did not change since the last frame, as an animation does
     #[arg(long)]
     pub still: bool,
-    /// Render N frames of the animation, or those with these numbers, from 0 on, every STEP-th; the output is a pattern such as
-    /// out_%04d.png
+    /// Render N frames of the animation, or those with these numbers, from 0 on, every STEP-th; the output is a pattern
+    /// such as out_%04d.png
     #[arg(long, value_name = "N|A-B[:STEP]", value_parser = frames)]
     pub frames: Option<Frames>,
     /// Print the N commands that share the frames, a line each, and do nothing

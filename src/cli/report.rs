@@ -150,8 +150,8 @@ pub mod tests {
         }
     }
 
-    /// Holds the keys of a file against the part of `docs/json.md` about it: a key that is renamed, added or dropped must be so there
-    /// too, and the version looked at. `elsewhere`: objects that another part explains.
+    /// Holds the keys of a file against the part of `docs/json.md` about it: a key that is renamed, added or dropped
+    /// must be so there too, and the version looked at. `elsewhere`: objects that another part explains.
     pub fn assert_documented(file: &impl Serialize, version: u32, title: &str, elsewhere: &[&str]) {
         let mut written = BTreeSet::new();
         paths(&serde_json::to_value(file).unwrap(), "", &mut written);

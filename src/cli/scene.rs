@@ -33,8 +33,8 @@ impl SceneArgs {
         self.stage().check()
     }
 
-    /// Loads the scene, chooses animation and camera, adds the sky and, without any light, a light. Prints what was ignored,
-    /// simplified or added.
+    /// Loads the scene, chooses animation and camera, adds the sky and, without any light, a light. Prints what was
+    /// ignored, simplified or added.
     pub fn open(&self) -> Result<Staged> {
         self.open_within(LoadOptions::default())
     }

@@ -27,7 +27,8 @@ pub struct RowArgs {
     /// Keep rows that another build of the program measured; without this they are measured again
     #[arg(long)]
     pub any_build: bool,
-    /// Make only part I of N of the rows, chosen by a hash of what they are; `twobounce merge` puts the folders together
+    /// Make only part I of N of the rows, chosen by a hash of what they are; `twobounce merge` puts the folders
+    /// together
     #[arg(long, value_name = "I/N", value_parser = shard)]
     pub shard: Option<Shard>,
     /// Name of this machine in rows: times are compared within one machine alone [default: the host's name]
@@ -112,8 +113,8 @@ pub struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    /// Prints the commands that share the work of this one, a line each, and on standard error how to put the results together.
-    /// `values`: of the flag. `result`: what is written; absent where there is nothing to put together.
+    /// Prints the commands that share the work of this one, a line each, and on standard error how to put the results
+    /// together. `values`: of the flag. `result`: what is written; absent where there is nothing to put together.
     pub fn list(&self, values: &[String], result: Option<&Path>) {
         let typed: Vec<String> = std::env::args().skip(1).collect();
         for (i, value) in values.iter().enumerate() {

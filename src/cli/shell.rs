@@ -1,4 +1,5 @@
-//! `twobounce completions` and `twobounce man`: what a shell completes, and manual pages, from the same flags that are parsed.
+//! `twobounce completions` and `twobounce man`: what a shell completes, and manual pages, from the same flags that are
+//! parsed.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -24,7 +25,8 @@ pub struct CompletionsArgs {
 
 #[derive(Args, Debug)]
 pub struct ManArgs {
-    /// The folder to write twobounce.1 and a page per command into, made where it is missing; without it, twobounce.1 is printed
+    /// The folder to write twobounce.1 and a page per command into, made where it is missing; without it, twobounce.1
+    /// is printed
     #[arg(value_name = "DIR")]
     pub dir: Option<PathBuf>,
 }

@@ -27,8 +27,9 @@ use super::share::{self, RowArgs};
 use super::{interrupt, out};
 use crate::say;
 
-/// Every case is run by every preset on every grid, at several places in the grid. Each row is kept as soon as it is finished:
-/// after an interruption the same command continues. A number further from its ideal than its limit is shown, not hidden.
+/// Every case is run by every preset on every grid, at several places in the grid. Each row is kept as soon as it is
+/// finished: after an interruption the same command continues. A number further from its ideal than its limit is shown,
+/// not hidden.
 #[derive(Args, Debug)]
 pub struct StabilityArgs {
     /// The folder to write into: a new one, an empty one, or one of an earlier table

@@ -1,4 +1,5 @@
-//! `twobounce suite`: rows of the suite of scenes: images of other programs, presets and path tracing, and the references themselves.
+//! `twobounce suite`: rows of the suite of scenes: images of other programs, presets and path tracing, and the
+//! references themselves.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -22,8 +23,8 @@ use super::scene::options;
 use super::{interrupt, out};
 use crate::say;
 
-/// Judges images of other programs against the references of the suite, beside the rows that the suite has, and writes a page
-/// and rows.csv. Without anything to judge or measure the tables are written again.
+/// Judges images of other programs against the references of the suite, beside the rows that the suite has, and writes
+/// a page and rows.csv. Without anything to judge or measure the tables are written again.
 #[derive(Args, Debug)]
 pub struct SuiteArgs {
     /// The scenes, by name [default: all]

@@ -18,8 +18,8 @@ pub fn spawn(work: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>> {
     })
 }
 
-/// Starts the threads that share loops: one per core, or as many as the variable `RAYON_NUM_THREADS` says. Where the system allows
-/// fewer, half of those that it allows: the others are for the driver.
+/// Starts the threads that share loops: one per core, or as many as the variable `RAYON_NUM_THREADS` says. Where the
+/// system allows fewer, half of those that it allows: the others are for the driver.
 ///
 /// # Errors
 /// [`Error::Usage`] where the system allows none.

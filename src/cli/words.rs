@@ -39,8 +39,8 @@ pub fn flag(group: &[String]) -> &str {
     group[0].split('=').next().unwrap_or_default()
 }
 
-/// The typed flags that another command has too, with their values and without those `left_out`. `own`: flags of the command that was
-/// typed.
+/// The typed flags that another command has too, with their values and without those `left_out`. `own`: flags of the
+/// command that was typed.
 pub fn kept(typed: &[String], own: &Command, other: &Command, left_out: &[&str]) -> Vec<String> {
     let known = |command: &Command, flag: &str| {
         let is_it = |arg: &&Arg| {
@@ -54,8 +54,8 @@ pub fn kept(typed: &[String], own: &Command, other: &Command, left_out: &[&str])
     grouped(typed, takes_value).into_iter().filter(stays).flatten().collect()
 }
 
-/// The start of the command that renders a scene as it is looked at: without settings. `typed`: the words of this command, which
-/// has the flags `Own` beside those of a scene.
+/// The start of the command that renders a scene as it is looked at: without settings. `typed`: the words of this
+/// command, which has the flags `Own` beside those of a scene.
 pub fn render_command<Own: Args>(typed: &[String], scene: &Path, (width, height): (u32, u32)) -> String {
     let flags = SceneArgs::augment_args(Command::new(""));
     let start = ["twobounce", "render", &scene.display().to_string(), "-o", "image.png"].map(str::to_owned);

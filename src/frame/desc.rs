@@ -162,8 +162,8 @@ pub(super) fn image_pass_desc<'a>(desc: &FrameDesc<'a>, method: &dyn Gi, counts:
     }
 }
 
-/// Whether asking for light takes longer than lighting everything: the image has more than an eighth as many pixels and rays as the
-/// lists are expected to hold items (`docs/notes/costs.md` has the measurements).
+/// Whether asking for light takes longer than lighting everything: the image has more than an eighth as many pixels and
+/// rays as the lists are expected to hold items (`docs/notes/costs.md` has the measurements).
 fn sees_most(desc: &FrameDesc, counts: &Counts) -> bool {
     let (width, height) = desc.size;
     let rays = shape(desc).gathered_pixels() * u64::from(desc.settings.of.rays.diffuse);

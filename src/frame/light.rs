@@ -1,5 +1,6 @@
-//! How far a frame's light has come: one state machine for the frame, the renderer, the host and the window. It is told of changes,
-//! passes and measurements, and says what the next pass does. A table in `ARCHITECTURE.md` names its states.
+//! How far a frame's light has come: one state machine for the frame, the renderer, the host and the window. It is told
+//! of changes, passes and measurements, and says what the next pass does. A table in `ARCHITECTURE.md` names its
+//! states.
 
 /// With `bounces = all`: passes after which light counts as settled. A closed room that loses nothing never settles.
 pub const MOST_SETTLING: u32 = 64;
@@ -12,7 +13,8 @@ pub const SETTLED: f64 = 1e-3;
 pub enum LightState {
     /// The method holds no light: the next pass starts without the light of passes before it.
     Unlit,
-    /// The next pass lights what changed, or feedback still adds bounces. `passes` were made since something last changed.
+    /// The next pass lights what changed, or feedback still adds bounces. `passes` were made since something last
+    /// changed.
     Settling { passes: u32 },
     /// Feedback has settled: each further pass enters a mean, which has `passes` by now.
     Averaging { passes: u32 },
@@ -27,7 +29,8 @@ pub struct LightRules {
     pub feeds: bool,
     /// Passes of the mean, after which the light stays; absent, every pass after settling enters the mean.
     pub mean_passes: Option<u32>,
-    /// The caller makes passes until the first light is whole, and measures it after each: a renderer does, a host does not.
+    /// The caller makes passes until the first light is whole, and measures it after each: a renderer does, a host does
+    /// not.
     pub waits: bool,
 }
 
@@ -60,8 +63,8 @@ impl LightProgress {
         *self = Self::new(self.rules);
     }
 
-    /// Something changed that shows in the light. Light that was waited for is still waited for; light that was whole is brought
-    /// along by one pass a frame.
+    /// Something changed that shows in the light. Light that was waited for is still waited for; light that was whole
+    /// is brought along by one pass a frame.
     pub fn changed(&mut self) {
         if self.state != LightState::Unlit {
             self.state = LightState::Settling { passes: 0 };
@@ -78,8 +81,8 @@ impl LightProgress {
         self.rules.feeds && self.state != LightState::Unlit
     }
 
-    /// The number of the next pass in the mean, from 1 on; 0 before feedback has settled. Random directions stay as they are until
-    /// then: a mean of light that still grows would be too dark.
+    /// The number of the next pass in the mean, from 1 on; 0 before feedback has settled. Random directions stay as
+    /// they are until then: a mean of light that still grows would be too dark.
     pub fn mean_pass(&self) -> u32 {
         if let LightState::Averaging { passes } = self.state { passes + 1 } else { 0 }
     }
@@ -103,8 +106,8 @@ impl LightProgress {
         self.awaited && matches!(self.state, LightState::Unlit | LightState::Settling { .. })
     }
 
-    /// `light`: all light after the last pass, coarsely. It has settled when it differs little from that of the pass before, or after
-    /// [`MOST_SETTLING`] passes.
+    /// `light`: all light after the last pass, coarsely. It has settled when it differs little from that of the pass
+    /// before, or after [`MOST_SETTLING`] passes.
     pub fn measured(&mut self, light: Vec<f64>) {
         self.measurements += 1;
         let before = std::mem::replace(&mut self.last, light);

@@ -40,8 +40,8 @@ impl<P> PerBounce<P> {
         })
     }
 
-    /// Calls `light` for each bounce in its order, with its pass, the volume that is gathered from and the one that is filled.
-    /// `volumes`: one per bounce; `history`: the last one holds the light of the frame before.
+    /// Calls `light` for each bounce in its order, with its pass, the volume that is gathered from and the one that is
+    /// filled. `volumes`: one per bounce; `history`: the last one holds the light of the frame before.
     pub fn each<V>(&self, volumes: &[V], history: bool, mut light: impl FnMut(&P, Option<&V>, &V)) {
         let [first, rest @ ..] = volumes else { return };
         // Everything is lit directly and, with all bounces, by what the last frame left, or directly alone;

@@ -1,4 +1,5 @@
-//! Global illumination: the methods of the list in `src/settings/methods/mod.rs`, and what a method is to the rest of the house.
+//! Global illumination: the methods of the list in `src/settings/methods/mod.rs`, and what a method is to the rest of
+//! the house.
 
 mod bounces;
 
@@ -52,8 +53,8 @@ crate::settings::methods!(dispatch);
 
 /// A way to light surfaces by other surfaces. It fills what it likes from the ground, and answers in GLSL
 /// (`glsl/gi/<name>/look_up.glsl`) what light reaches a surface from elsewhere:
-/// - `vec4 look_up_diffuse(Surface s, uvec3 place)`: irradiance/π in stored radiance, the sky included, and the open share of
-///   the hemisphere; `place` is a pixel or a voxel, by which directions may differ;
+/// - `vec4 look_up_diffuse(Surface s, uvec3 place)`: irradiance/π in stored radiance, the sky included, and the open
+///   share of the hemisphere; `place` is a pixel or a voxel, by which directions may differ;
 /// - `METHOD_GATHERS_LOBES` and `vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, out vec3 mirrored)`, with
 ///   [`Wants::gathers_lobes`]: the same, and the stored radiance that a rough lobe mirrors of it towards a viewer;
 /// - `void add_glossy(inout Outgoing sent, Surface s, Viewed v)`: adds the light that the surface mirrors and lets

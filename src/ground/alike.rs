@@ -1,7 +1,7 @@
-//! Which list items are lit. Alike: of a voxel's triangles that have one material and face alike, the largest is lit for all.
-//! Split: an item whose part another surface cuts in two gets a twin, so that each of the two is lit by itself.
-//! Reads: lists, triangles, materials. Writes: item parts, lit items and their count, the twins among the list items.
-//! Twins: `tests/twins/alike.rs`, `tests/twins/split.rs`.
+//! Which list items are lit. Alike: of a voxel's triangles that have one material and face alike, the largest is lit
+//! for all. Split: an item whose part another surface cuts in two gets a twin, so that each of the two is lit by
+//! itself. Reads: lists, triangles, materials. Writes: item parts, lit items and their count, the twins among the list
+//! items. Twins: `tests/twins/alike.rs`, `tests/twins/split.rs`.
 
 use std::sync::Arc;
 

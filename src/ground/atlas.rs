@@ -1,9 +1,9 @@
-//! Packs all textures at full size into one 2D array: the weakest supported device has no dynamic indexing of samplers and few
-//! bindings.
+//! Packs all textures at full size into one 2D array: the weakest supported device has no dynamic indexing of samplers
+//! and few bindings.
 //!
-//! Each mip chain occupies one rectangle of one layer: level 0, and below it the other levels side by side. GLSL filters in
-//! shader code (`glsl/ground/texture.glsl`). Layers have the size of the largest rectangle or a small multiple of it,
-//! whichever wastes least.
+//! Each mip chain occupies one rectangle of one layer: level 0, and below it the other levels side by side. GLSL
+//! filters in shader code (`glsl/ground/texture.glsl`). Layers have the size of the largest rectangle or a small
+//! multiple of it, whichever wastes least.
 
 use super::layout::TextureLevel;
 
@@ -29,7 +29,8 @@ pub struct Atlas {
 }
 
 impl Atlas {
-    /// Packs chains, given as the sizes of their levels in texels from the largest on. Without chains the atlas has one texel.
+    /// Packs chains, given as the sizes of their levels in texels from the largest on. Without chains the atlas has one
+    /// texel.
     pub fn pack(chains: &[Vec<(u32, u32)>]) -> Self {
         let rects: Vec<(u32, u32)> = chains.iter().map(|levels| chain_rect(levels)).collect();
         let widest = rects.iter().map(|r| r.0).max().unwrap_or(1);

@@ -1,8 +1,8 @@
 //! Attributes of recorded triangles at their corners, besides positions: `glsl/ground/attributes.glsl` is the twin.
 //!
-//! Words one after another, corner by corner: normal (3 × f32), then tangent (4), first and second set of uv (2 each) and colour
-//! (4 × f16), each only if the scene's materials read it. Rays and voxels read positions alone, which lie close together for them.
-//! The scene's own vertices are the same words, behind a position in object space.
+//! Words one after another, corner by corner: normal (3 × f32), then tangent (4), first and second set of uv (2 each)
+//! and colour (4 × f16), each only if the scene's materials read it. Rays and voxels read positions alone, which lie
+//! close together for them. The scene's own vertices are the same words, behind a position in object space.
 
 use glam::Vec4;
 
@@ -71,8 +71,8 @@ impl CornerWords {
         4 * (POSITION_WORDS + self.count)
     }
 
-    /// How the recording pass reads vertices: location, format, offset in bytes. What is not there is read from where something
-    /// else is, and not used.
+    /// How the recording pass reads vertices: location, format, offset in bytes. What is not there is read from where
+    /// something else is, and not used.
     pub fn vertex_input(&self) -> [(u32, Format, u32); 5] {
         let at = |place: Option<usize>| place.map_or(0, |place| 4 * (POSITION_WORDS + place) as u32);
         let both_sets = self.uv.is_some_and(|uv| self.color.unwrap_or(self.count) - uv > 2);

@@ -1,6 +1,6 @@
-//! Boxes of voxels, one within the other: light is kept in small voxels where that matters, and in large ones about it. Box 0 is the base
-//! grid; each further one has as many voxels, a quarter as wide, and what it holds is not listed in the one about it. Exact rays need
-//! none of them. GLSL twin: `glsl/ground/boxes.glsl`.
+//! Boxes of voxels, one within the other: light is kept in small voxels where that matters, and in large ones about it.
+//! Box 0 is the base grid; each further one has as many voxels, a quarter as wide, and what it holds is not listed in
+//! the one about it. Exact rays need none of them. GLSL twin: `glsl/ground/boxes.glsl`.
 
 use glam::Vec3;
 
@@ -10,8 +10,9 @@ pub const MOST_BOXES: usize = 5;
 /// Edge of a voxel over that of one in the next smaller box.
 pub const FACTOR: f64 = 4.0;
 
-/// Where each of `count` boxes within a base grid of `edge` voxels begins, in its voxels, about a point. They move by two voxels of the box
-/// about them, so that a camera that moves a little leaves them where they are, and are never outside of it.
+/// Where each of `count` boxes within a base grid of `edge` voxels begins, in its voxels, about a point. They move by
+/// two voxels of the box about them, so that a camera that moves a little leaves them where they are, and are never
+/// outside of it.
 pub fn corners(edge: u32, count: u32, about: Vec3) -> [[f32; 3]; MOST_BOXES] {
     let mut corners = [[0.0; 3]; MOST_BOXES];
     let (mut least, mut side) = (Vec3::ZERO, edge as f32);

@@ -1,5 +1,5 @@
-//! The passes that fill a volume from lit list items, by lists of occupied cells, and empty it again. Methods differ in the volume
-//! and in the shaders, which stand in a folder of the method's own.
+//! The passes that fill a volume from lit list items, by lists of occupied cells, and empty it again. Methods differ in
+//! the volume and in the shaders, which stand in a folder of the method's own.
 
 use super::cells::LIT_COUNTS;
 use std::sync::Arc;
@@ -47,8 +47,8 @@ impl EmptyCells {
     }
 }
 
-/// Lights the lists' items, then fills the occupied voxels. Reads: lists, triangles, materials, lights, lamps, kept direct
-/// light, and what a look-up binds. Writes: item lights, kept direct light, level 0 of a volume.
+/// Lights the lists' items, then fills the occupied voxels. Reads: lists, triangles, materials, lights, lamps, kept
+/// direct light, and what a look-up binds. Writes: item lights, kept direct light, level 0 of a volume.
 pub struct FillCells {
     light: Compute,
     fills: Vec<Compute>,

@@ -64,7 +64,8 @@ impl CellLists {
         });
     }
 
-    /// A thread per item of the list with that `entry` of the counts, all at once; `pipeline` may add items to the list meanwhile.
+    /// A thread per item of the list with that `entry` of the counts, all at once; `pipeline` may add items to the list
+    /// meanwhile.
     pub fn dispatch_chosen<'a>(
         &'a self,
         recorder: &mut Recorder,
@@ -89,8 +90,8 @@ impl CellLists {
         }
     }
 
-    /// As many threads as the `entry` of the counts says: a level's number, one per occupied cell, or [`LIT_COUNTS`], one per item that is
-    /// lit; items stand in the finest level's cells. `binds`: besides the lists.
+    /// As many threads as the `entry` of the counts says: a level's number, one per occupied cell, or [`LIT_COUNTS`],
+    /// one per item that is lit; items stand in the finest level's cells. `binds`: besides the lists.
     pub fn dispatch<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, mut binds: Vec<Bind<'a>>, entry: u32) {
         let (list, push) = self.level(if entry < SECOND_COUNTS { entry } else { 0 });
         binds.extend([list, Bind::buffer("cell_counts", &self.counts)]);

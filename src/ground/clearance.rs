@@ -8,16 +8,16 @@ use super::grid::Grid;
 use crate::scene::{Bounds, Instance, Pose, Projection, Scene, Still};
 use crate::settings::{Center, Settings};
 
-/// Of the way to what is about the camera, voxels take at most this share. A room in a landscape of a kilometre, `balanced`, all
-/// bounces, voxels of a half and of an eighth of the way: `rel` .119 and .082.
+/// Of the way to what is about the camera, voxels take at most this share. A room in a landscape of a kilometre,
+/// `balanced`, all bounces, voxels of a half and of an eighth of the way: `rel` .119 and .082.
 const MOST_OF_WAY: f64 = 0.25;
 
 /// Bytes that every device binds as one storage buffer (Vulkan's least `maxStorageBufferRange`).
 const SMALLEST_BINDING: u64 = 1 << 27;
 
-/// The settings with smaller voxels about the camera, where those of one grid for the whole scene are too large for what it sees, and
-/// that in words. `None` where they are not, where the settings say where the grid stands, and where the method has one grid alone.
-/// `bounds`: of the scene over the whole animation.
+/// The settings with smaller voxels about the camera, where those of one grid for the whole scene are too large for
+/// what it sees, and that in words. `None` where they are not, where the settings say where the grid stands, and where
+/// the method has one grid alone. `bounds`: of the scene over the whole animation.
 pub fn fitted_to_camera(
     settings: &Settings,
     Still { scene, pose, view }: Still,
@@ -79,8 +79,8 @@ const PART: usize = 3 << 12;
 const MOST_SEEN: f64 = 0.5;
 const MOST_CUTS: u32 = 6;
 
-/// Median distance, metres, of all triangles from a point, each counted by the solid angle under which it is seen from there, whatever
-/// hides it; to a twelfth. `None` without triangles.
+/// Median distance, metres, of all triangles from a point, each counted by the solid angle under which it is seen from
+/// there, whatever hides it; to a twelfth. `None` without triangles.
 pub fn clearance(scene: &Scene, pose: &Pose, eye: DVec3) -> Option<f64> {
     let sum = |mut bins: Vec<u64>, more: Vec<u64>| {
         bins.iter_mut().zip(more).for_each(|(bin, more)| *bin += more);

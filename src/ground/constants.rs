@@ -15,7 +15,8 @@ pub const DIRECT_READ: u32 = 2;
 pub const LIT_EACH: u32 = 0;
 pub const LIT_ALIKE: u32 = 1;
 
-/// A metal that is rougher sends what it mirrors as a lobe: the root of `LEAST_ITEM_ALPHA` in `glsl/gi/rays/item_lobes.glsl`.
+/// A metal that is rougher sends what it mirrors as a lobe: the root of `LEAST_ITEM_ALPHA` in
+/// `glsl/gi/rays/item_lobes.glsl`.
 const MIRROR_ROUGHNESS: f32 = 0.388;
 
 /// Shader features that a scene and its settings need: bits of the constant `FEATURES`.

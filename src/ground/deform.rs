@@ -1,5 +1,5 @@
-//! Deform: skins and morph targets move the scene's vertices, once for every pose, before they are recorded.
-//! Reads: deform words, deform pose. Writes: scene vertices. Twin: `src/scene/deform.rs`, held by `tests/device/deform.rs`.
+//! Deform: skins and morph targets move the scene's vertices, once for every pose, before they are recorded. Reads:
+//! deform words, deform pose. Writes: scene vertices. Twin: `src/scene/deform.rs`, held by `tests/device/deform.rs`.
 
 use std::sync::Arc;
 

@@ -1,8 +1,8 @@
 //! How many list items a scene's triangles make, before anything is voxelised.
 //!
-//! A convex body touches as many cells of an infinite grid, in the mean over where the grid stands, as cells go into the volume of
-//! its Minkowski sum with one of them (Santaló, "Integral Geometry and Geometric Probability"). Of a triangle and a cube of edge 1
-//! that is 1 + Σ extents + Σ areas projected along the axes.
+//! A convex body touches as many cells of an infinite grid, in the mean over where the grid stands, as cells go into
+//! the volume of its Minkowski sum with one of them (Santaló, "Integral Geometry and Geometric Probability"). Of a
+//! triangle and a cube of edge 1 that is 1 + Σ extents + Σ areas projected along the axes.
 
 use glam::{DAffine3, DVec3, Vec3Swizzles};
 use rayon::prelude::*;
@@ -13,7 +13,8 @@ use crate::scene::{Instance, Scene};
 /// Instances that one thread takes at a time.
 const PART: usize = 1 << 12;
 
-/// Over all instances where they stand. Of what reaches beyond the grid, no more is counted than its box has of the grid.
+/// Over all instances where they stand. Of what reaches beyond the grid, no more is counted than its box has of the
+/// grid.
 pub fn expected_items(scene: &Scene, world_from_instance: &[DAffine3], grid: &Grid) -> f64 {
     let edge = f64::from(grid.edge);
     let of_instance = |(instance, world): (&Instance, &DAffine3)| {

@@ -7,7 +7,8 @@ use crate::scene::{Bounds, LightKind, Scene};
 use crate::settings::{Bounces, Center, Settings};
 use crate::{Error, Result};
 
-/// The base grid: a cube of `edge`³ voxels in the world. Everything on the GPU is counted in its voxels, from its least corner.
+/// The base grid: a cube of `edge`³ voxels in the world. Everything on the GPU is counted in its voxels, from its least
+/// corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
     /// World metres.
@@ -22,8 +23,9 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// The cube about `bounds` (over the whole animation) with the settings' margin, or where the settings put it. Where that cube
-    /// does not hold the scene, and the method has boxes of finer voxels, it is the smallest of those, and the grid holds the scene.
+    /// The cube about `bounds` (over the whole animation) with the settings' margin, or where the settings put it.
+    /// Where that cube does not hold the scene, and the method has boxes of finer voxels, it is the smallest of those,
+    /// and the grid holds the scene.
     ///
     /// # Errors
     /// The margin leaves no room for the scene, or the side is not a positive number.
@@ -108,9 +110,9 @@ impl GridPlace {
     }
 }
 
-/// The power of two that stored radiance is multiplied with, so that RGBA16F holds it: the brightest thing that the scene's
-/// lights are sure to make comes to lie between 2¹⁴ and 2¹⁵; 29 bits below that are kept. With all bounces, which may add
-/// up, 2⁸ and 2⁹: what is 128 times brighter than that saturates.
+/// The power of two that stored radiance is multiplied with, so that RGBA16F holds it: the brightest thing that the
+/// scene's lights are sure to make comes to lie between 2¹⁴ and 2¹⁵; 29 bits below that are kept. With all bounces,
+/// which may add up, 2⁸ and 2⁹: what is 128 times brighter than that saturates.
 ///
 /// A point light's brightest patch is taken to be one voxel away; nearer ones saturate.
 pub fn radiance_scale(scene: &Scene, voxel_m: f64, bounces: Bounces) -> f32 {

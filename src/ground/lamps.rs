@@ -1,5 +1,5 @@
-//! Emissive triangles as area lights (`lights.lamps = sampled`): evenly bright pieces, and a tree of neighbours to choose among
-//! many. `glsl/ground/lamps.glsl` samples them.
+//! Emissive triangles as area lights (`lights.lamps = sampled`): evenly bright pieces, and a tree of neighbours to
+//! choose among many. `glsl/ground/lamps.glsl` samples them.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -31,7 +31,8 @@ struct Piece {
     /// See [`layout::Lamp`].
     shine: f32,
     two_sided: bool,
-    /// Of a mesh that deforms: the vertices of the triangle that it is a part of, and the weights of these at its corners.
+    /// Of a mesh that deforms: the vertices of the triangle that it is a part of, and the weights of these at its
+    /// corners.
     of: Option<([u32; 3], [Vec3; 3])>,
 }
 
@@ -171,7 +172,8 @@ fn tree(placed: &[Placed]) -> Vec<layout::LampNode> {
     nodes
 }
 
-/// The sphere about the middle of the pieces' bounds that holds them all, and the cone about their mean normal that does.
+/// The sphere about the middle of the pieces' bounds that holds them all, and the cone about their mean normal that
+/// does.
 fn node(part: &[Placed]) -> layout::LampNode {
     let corners = || part.iter().flat_map(|p| p.corners);
     let low = corners().fold(DVec3::INFINITY, DVec3::min);

@@ -1,5 +1,5 @@
-//! Every struct of the ground that is shared with GLSL (`glsl/ground/layout.glsl`), scalar block layout: no padding, 4-byte alignment.
-//! `tests/device/layouts.rs` holds names, offsets and sizes against the compiled shaders' own.
+//! Every struct of the ground that is shared with GLSL (`glsl/ground/layout.glsl`), scalar block layout: no padding,
+//! 4-byte alignment. `tests/device/layouts.rs` holds names, offsets and sizes against the compiled shaders' own.
 
 use super::boxes::MOST_BOXES;
 
@@ -40,8 +40,9 @@ shared! {
     ItemLight { front: [f32; 3], opacity: f32, back: [f32; 3], area: f32 }
 
     /// For a list item: the item whose light it copies, the area of its triangle inside the voxel, over a face's, the
-    /// triangle's source, and whether it is lit for everything in its voxel. Where another surface splits that part: the item
-    /// that is lit for what cannot be seen from `anchor` (1-based), two coordinates in its voxel of 16 bits each.
+    /// triangle's source, and whether it is lit for everything in its voxel. Where another surface splits that part:
+    /// the item that is lit for what cannot be seen from `anchor` (1-based), two coordinates in its voxel of 16 bits
+    /// each.
     ItemPart { lit_by: u32, area: f32, source: u32, alone: u32, twin: u32, anchor: u32 }
 
     /// A texture as a material uses it: a mip chain in the atlas, of no levels where there is none.
@@ -63,7 +64,8 @@ shared! {
     /// A piece of an emissive triangle, evenly bright; positions in voxels.
     Lamp { a: [f32; 3], b: [f32; 3], c: [f32; 3], radiance: [f32; 3], two_sided: u32, shine: f32 }
 
-    /// A sphere about neighbouring pieces, voxels, a cone about their normals, and what they send together, up to a factor.
+    /// A sphere about neighbouring pieces, voxels, a cone about their normals, and what they send together, up to a
+    /// factor.
     LampNode { center: [f32; 3], radius: f32, axis: [f32; 3], spread_cosine: f32, power: f32 }
 
     /// Where a level lies in its layer, texels.
@@ -85,8 +87,8 @@ shared! {
         boxes: [[f32; 3]; MOST_BOXES], last_boxes: [[f32; 3]; MOST_BOXES],
     }
 
-    /// A draw of the recording pass, pushed or in a list: rows of `voxel_from_object` and of its inverse transpose; where its
-    /// indices and vertices begin.
+    /// A draw of the recording pass, pushed or in a list: rows of `voxel_from_object` and of its inverse transpose;
+    /// where its indices and vertices begin.
     RecordDraw {
         rows: [[f32; 4]; 3], normal_rows: [[f32; 3]; 3], material: u32, first_source: u32, mirrored: u32, translucent: u32,
         first_index: u32, vertex_offset: i32, triangles: u32,
@@ -98,8 +100,8 @@ shared! {
         vertex_words: u32, flags: u32,
     }
 
-    /// Push constants of the voxeliser: where a grid, or a box of finer voxels in it, lies among the base grid's voxels, and what a finer
-    /// box lists.
+    /// Push constants of the voxeliser: where a grid, or a box of finer voxels in it, lies among the base grid's
+    /// voxels, and what a finer box lists.
     GridPush { offset: [f32; 3], scale: f32, first: u32, hole: [i32; 3], hole_edge: i32 }
 
     /// Push constants of the passes over the cells of one level.
@@ -117,11 +119,12 @@ shared! {
     /// Push constants of the passes that list fragments: rows of those that a band sees.
     RowsPush { first: u32, end: u32 }
 
-    /// Push constants of the resolving pass: the sky where it is the same all around, the first row that a band sees, and the first of
-    /// its rows that is resolved.
+    /// Push constants of the resolving pass: the sky where it is the same all around, the first row that a band sees,
+    /// and the first of its rows that is resolved.
     ResolvePush { sky: [f32; 3], varied_sky: u32, first_seen: u32, first: u32 }
 
-    /// Push constants of the gathering pass: the first gathered row of a band, a part of its rows, and the first row that the band sees.
+    /// Push constants of the gathering pass: the first gathered row of a band, a part of its rows, and the first row
+    /// that the band sees.
     GatherPush { first_row: u32, first: u32, end: u32, first_seen: u32 }
 
     /// Push constants of the passes over all gathered rows of a band: how many they are.

@@ -30,8 +30,8 @@ pub struct Lists {
     /// Counters of items and cells; of the base grid also of recorded triangles.
     pub globals: Buffer,
     pub items: Buffer,
-    /// First item of every voxel's list, 1-based; behind them, where a method wants it, which item a triangle has in a voxel
-    /// (`glsl/ground/item_index.glsl`).
+    /// First item of every voxel's list, 1-based; behind them, where a method wants it, which item a triangle has in a
+    /// voxel (`glsl/ground/item_index.glsl`).
     pub heads: Buffer,
     /// Voxels of the grid and of its boxes, as many as there are heads.
     pub voxels: u32,
@@ -57,7 +57,8 @@ pub struct Lists {
     pub seen_lobes: Buffer,
     /// The items that are lit, where alike triangles are lit as one.
     pub lit_items: Buffer,
-    /// Those among them that a second bounce lights, and what was asked for of each item, where light is made on demand.
+    /// Those among them that a second bounce lights, and what was asked for of each item, where light is made on
+    /// demand.
     pub second_items: Buffer,
     pub asked_items: Buffer,
     /// From the lists that these replaced: light is carried over from them, found by triangle and voxel.
@@ -174,8 +175,8 @@ pub fn array<T>(count: u32) -> u64 {
     u64::from(count.max(1)) * size_of::<T>() as u64
 }
 
-/// Places of an index in which so many items take two thirds at most: a power of two. Below 128 MiB it then has room for as many items as
-/// their list.
+/// Places of an index in which so many items take two thirds at most: a power of two. Below 128 MiB it then has room
+/// for as many items as their list.
 fn index_places(items: u32) -> u32 {
     items.saturating_add(items / 2).checked_next_power_of_two().unwrap_or(1 << 31)
 }

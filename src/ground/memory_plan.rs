@@ -40,8 +40,8 @@ impl std::fmt::Display for MemoryPlan {
     }
 }
 
-/// Refuses a grid of `voxels` whose resources, `rows_at` a grid's edge, exceed `limit`; names the largest grid that would fit,
-/// or what else takes the memory. Returns the resources.
+/// Refuses a grid of `voxels` whose resources, `rows_at` a grid's edge, exceed `limit`; names the largest grid that
+/// would fit, or what else takes the memory. Returns the resources.
 ///
 /// # Errors
 /// [`Error::Memory`]

@@ -174,8 +174,8 @@ impl Ground {
         &self.lists[0]
     }
 
-    /// Moves the further grids, and the boxes of the base grid about a point in its voxels; whether any stood elsewhere, so that its
-    /// lists must be made again.
+    /// Moves the further grids, and the boxes of the base grid about a point in its voxels; whether any stood
+    /// elsewhere, so that its lists must be made again.
     pub fn place_grids(&mut self, places: &[GridPlace], about: Vec3) -> bool {
         let corners = boxes::corners(self.desc.grid.edge, self.desc.grid.boxes, about);
         let mut moved = self.lists[0].boxes != corners;

@@ -1,7 +1,8 @@
-//! Record: appends a record of each triangle of the scene, where it stands.
-//! Reads: scene vertices and indices. Writes: triangles (positions in voxels of the base grid) and their attributes, counters.
+//! Record: appends a record of each triangle of the scene, where it stands. Reads: scene vertices and indices. Writes:
+//! triangles (positions in voxels of the base grid) and their attributes, counters.
 //!
-//! As the talk does it, the scene is drawn into an empty screen and a geometry shader appends the records; else compute shaders do.
+//! As the talk does it, the scene is drawn into an empty screen and a geometry shader appends the records; else compute
+//! shaders do.
 
 use std::sync::Arc;
 

@@ -66,7 +66,8 @@ impl SceneOnGpu {
         }
     }
 
-    /// Records that the vertices of mesh `index`, which nothing deforms, are those of `mesh` from now on: as many as before.
+    /// Records that the vertices of mesh `index`, which nothing deforms, are those of `mesh` from now on: as many as
+    /// before.
     pub fn update_mesh(&self, r: &mut Recorder, index: usize, mesh: &Mesh) {
         r.full_barrier(); // the frame before read them
         let first = self.first_vertex[index] as u64 * self.corner.vertex_bytes() as u64;

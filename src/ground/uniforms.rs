@@ -129,8 +129,9 @@ fn turn_at(time_s: f64) -> u32 {
     (bits ^ (bits >> 32)) as u32
 }
 
-/// The shift of the random numbers of a pass over the image, in [0, 1)²; the first pass has none. Even and odd passes are two R2 sequences
-/// (Roberts, 2018), of which the second starts anywhere: each half is spread evenly, and their difference tells how far off both are.
+/// The shift of the random numbers of a pass over the image, in [0, 1)²; the first pass has none. Even and odd passes
+/// are two R2 sequences (Roberts, 2018), of which the second starts anywhere: each half is spread evenly, and their
+/// difference tells how far off both are.
 fn image_shift(image_pass: u32) -> DVec2 {
     let start = DVec2::new(0.2360679775, 0.6457513111) * f64::from(image_pass % 2);
     (start + f64::from(image_pass / 2) * DVec2::new(0.7548776662, 0.5698402909)).fract()

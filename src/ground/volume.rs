@@ -1,4 +1,5 @@
-//! Volumes of light, RGBA16F with all mips: a few images over one grid of voxels. Methods differ in what the images hold.
+//! Volumes of light, RGBA16F with all mips: a few images over one grid of voxels. Methods differ in what the images
+//! hold.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -29,7 +30,8 @@ pub struct Part {
 /// A description of volumes.
 #[derive(Clone, Copy)]
 pub struct VolumeKind {
-    /// The beginnings of the labels of the first and the second bounce's images, and the names of these volumes in the memory plan.
+    /// The beginnings of the labels of the first and the second bounce's images, and the names of these volumes in the
+    /// memory plan.
     pub labels: [&'static str; 2],
     pub rows: [&'static str; 2],
     pub parts: &'static [Part],
@@ -44,7 +46,8 @@ pub struct VolumeKind {
 /// Images of a face each.
 pub const FACES: usize = 7;
 
-/// Seven images: the light that is seen along rays that travel along +x +y +z −x −y −z, and on average (`glsl/ground/faces/`).
+/// Seven images: the light that is seen along rays that travel along +x +y +z −x −y −z, and on average
+/// (`glsl/ground/faces/`).
 pub const FACE_VOLUME: VolumeKind = VolumeKind {
     labels: ["first bounce", "second bounce"],
     rows: ["first bounce's volume", "second bounce's volume"],

@@ -1,8 +1,8 @@
 //! Voxelise: every triangle into the list of every voxel of any grid that it touches, by an exact triangle/voxel test.
 //! Reads: triangles. Writes: list items, voxels (heads), voxel cells, counters. Twin: `tests/twins/voxelise.rs`.
 //!
-//! A compute pass goes through the columns of voxels about each triangle. As the talk does it, a conservative raster does, whose
-//! pixels are columns: a geometry shader dilates triangles, or the hardware rasterises conservatively.
+//! A compute pass goes through the columns of voxels about each triangle. As the talk does it, a conservative raster
+//! does, whose pixels are columns: a geometry shader dilates triangles, or the hardware rasterises conservatively.
 //!
 //! Or by samples: a multisampled raster without attachments and without a geometry shader, whose vertex shader pulls
 //! the whole triangle (`glsl/ground/voxelise_samples.vert`). A voxel lists a triangle if a sample of it falls into the
@@ -33,7 +33,8 @@ pub enum Voxelise {
     },
 }
 
-/// Threads of a workgroup in `glsl/ground/voxelise.comp`; each lists a triangle, or all of them one that has many columns.
+/// Threads of a workgroup in `glsl/ground/voxelise.comp`; each lists a triangle, or all of them one that has many
+/// columns.
 const GROUP: u32 = 64;
 /// Workgroups that go through all triangles at least, so that every processor has a part of the large ones,
 const LEAST_GROUPS: u32 = 2048;

@@ -64,8 +64,8 @@ pub struct Wants {
     pub diffuse: bool,
     /// Whether that look-up also finds light for rough lobes on the way.
     pub gathers_lobes: bool,
-    /// Whether pixels are shaded triangle by triangle as a rasteriser draws them, as the talk's are, by `glsl/gi/<name>/image.frag`, and
-    /// not in a compute shader.
+    /// Whether pixels are shaded triangle by triangle as a rasteriser draws them, as the talk's are, by
+    /// `glsl/gi/<name>/image.frag`, and not in a compute shader.
     pub drawn: bool,
     /// Whether it has shadows of its own.
     pub shadows: bool,

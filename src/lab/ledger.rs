@@ -1,7 +1,8 @@
-//! Ledgers: pages about a source, row by row: what it prints, what is right instead, and how much that changes an image.
+//! Ledgers: pages about a source, row by row: what it prints, what is right instead, and how much that changes an
+//! image.
 //!
-//! A page is written by hand. A line whose settings stand in its cells is a job; its last cells are the job's result. Which cells, the
-//! name of the table says: see [`Job`].
+//! A page is written by hand. A line whose settings stand in its cells is a job; its last cells are the job's result.
+//! Which cells, the name of the table says: see [`Job`].
 
 use super::table::{self, cells, coded};
 use crate::gi::Method;
@@ -32,14 +33,15 @@ impl Ledger {
 /// The measurement for a line of a page. Settings are `key=value`; `sky=value` is the scene's.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Job {
-    /// `changes`: the images with `printed` and without are compared, both with `right`. The third last cell has the settings: those
-    /// before "on" are `printed`. The result: mean |printed − right| over the mean of right, and mean over mean.
+    /// `changes`: the images with `printed` and without are compared, both with `right`. The third last cell has the
+    /// settings: those before "on" are `printed`. The result: mean |printed − right| over the mean of right, and mean
+    /// over mean.
     Change { printed: Vec<String>, right: Vec<String> },
-    /// `fills`: error and energy of the indirect light on diffuse surfaces, against the path tracer. The first cell has the settings,
-    /// the head the scenes.
+    /// `fills`: error and energy of the indirect light on diffuse surfaces, against the path tracer. The first cell has
+    /// the settings, the head the scenes.
     Fill { settings: Vec<String>, scenes: Vec<String> },
-    /// `furnaces`: radiance in a closed room after two bounces over what is right. The first cells have the settings, the walls'
-    /// albedo, and whether a block stands inside; the head has the grids.
+    /// `furnaces`: radiance in a closed room after two bounces over what is right. The first cells have the settings,
+    /// the walls' albedo, and whether a block stands inside; the head has the grids.
     Furnace { settings: Vec<String>, albedo: f32, block: bool, edges: Vec<u32> },
 }
 

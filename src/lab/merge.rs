@@ -1,5 +1,5 @@
-//! Folders that several machines filled, as one. What determines a row also determines its numbers, its times excepted: rows that two
-//! folders have are held against each other.
+//! Folders that several machines filled, as one. What determines a row also determines its numbers, its times excepted:
+//! rows that two folders have are held against each other.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -21,7 +21,8 @@ pub struct Merged<R: Row> {
     images: Vec<(PathBuf, String)>,
 }
 
-/// Reads folders of a kind of rows. `order`: the addresses of the rows to show; other rows that a folder keeps are history.
+/// Reads folders of a kind of rows. `order`: the addresses of the rows to show; other rows that a folder keeps are
+/// history.
 ///
 /// # Errors
 /// [`Error::Usage`]: rows of the same key differ, with the names of some of them.

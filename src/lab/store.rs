@@ -1,5 +1,6 @@
-//! Finished rows in a folder, one file each, written whole or not at all: no row is lost when the program is stopped. See
-//! [`file::write_kept`] for their form. And results of any kind in the user's cache folder, each under a hash of all that determines it.
+//! Finished rows in a folder, one file each, written whole or not at all: no row is lost when the program is stopped.
+//! See [`file::write_kept`] for their form. And results of any kind in the user's cache folder, each under a hash of
+//! all that determines it.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -48,7 +49,8 @@ pub trait Row: Clone + Serialize + DeserializeOwned {
     fn is_measured(&self) -> bool;
     /// Its name in messages.
     fn title(&self) -> String;
-    /// The values that every machine with the same device and driver must find: all but times and the place of measurement.
+    /// The values that every machine with the same device and driver must find: all but times and the place of
+    /// measurement.
     fn lasting(&self) -> Value;
 
     /// The noise that its numbers have; of two rows the one with less is kept.
@@ -126,7 +128,8 @@ impl Kind {
     }
 }
 
-/// A folder of rows. Nothing is written into it before the first row; a folder that was made and stays empty is removed.
+/// A folder of rows. Nothing is written into it before the first row; a folder that was made and stays empty is
+/// removed.
 pub struct Store<R> {
     folder: PathBuf,
     /// Whether there was no such folder before.
@@ -150,8 +153,8 @@ pub struct Stored<R: Row> {
 }
 
 impl<R: Row> Store<R> {
-    /// An empty folder, a new one, or an earlier one of this kind, whose rows count if this build of the program measured
-    /// them, or with `any_build`.
+    /// An empty folder, a new one, or an earlier one of this kind, whose rows count if this build of the program
+    /// measured them, or with `any_build`.
     ///
     /// # Errors
     /// [`Error::File`]: it holds something else, another process fills it, or nothing can be written there.
@@ -197,8 +200,9 @@ impl<R: Row> Store<R> {
         (stored.version == R::KIND.version).then_some(stored)
     }
 
-    /// Every row that a folder keeps, of other builds and of former charts too, and those that newer ones took the place of. Keys and
-    /// builds become names of files, so a row of which one of them could lead to another folder is left out, as a damaged one is.
+    /// Every row that a folder keeps, of other builds and of former charts too, and those that newer ones took the
+    /// place of. Keys and builds become names of files, so a row of which one of them could lead to another folder is
+    /// left out, as a damaged one is.
     pub fn read_all(folder: &Path) -> [Vec<Stored<R>>; 2] {
         [ROWS, HISTORY].map(|name| {
             let entries = fs::read_dir(folder.join(name)).into_iter().flatten().flatten();
@@ -296,7 +300,8 @@ pub struct Results {
 const MOST_BYTES: u64 = 256 << 20;
 
 impl Results {
-    /// `about`: what all of them depend on besides the program, such as the device. `anew`: what was kept before does not count.
+    /// `about`: what all of them depend on besides the program, such as the device. `anew`: what was kept before does
+    /// not count.
     ///
     /// # Errors
     /// The program's own file cannot be read.

@@ -1,7 +1,7 @@
 //! Tables of numbers: CSV files, and tables in Markdown pages.
 //!
-//! A page holds a table between `<!-- table: NAME -->` and `<!-- end -->`. A program writes the text between the two marks, and people
-//! write the rest of the page. Tests compare tables, and no sentences.
+//! A page holds a table between `<!-- table: NAME -->` and `<!-- end -->`. A program writes the text between the two
+//! marks, and people write the rest of the page. Tests compare tables, and no sentences.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -88,8 +88,8 @@ pub fn read_csv(path: &Path) -> Result<Vec<CsvRow>> {
     Ok(from_csv(&text).map_err(|why| Error::file(path, why))?.1)
 }
 
-/// A Markdown table. `align`: a character for each column, `-` for text and `:` for numbers; the last one counts for all further
-/// columns.
+/// A Markdown table. `align`: a character for each column, `-` for text and `:` for numbers; the last one counts for
+/// all further columns.
 pub fn markdown<H: AsRef<str>, C: AsRef<str>>(
     head: impl IntoIterator<Item = H>,
     align: &str,

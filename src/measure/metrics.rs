@@ -1,6 +1,6 @@
-//! The one definition of an image's error against its reference: `energy rel relmse p95 flip` of the whole image; all but `flip`
-//! also of the indirect light, and of the indirect light on diffuse surfaces. `docs/accuracy.md` has it as a formula, and
-//! [`super::terms`] says with which settings the indirect light of a method is measured.
+//! The one definition of an image's error against its reference: `energy rel relmse p95 flip` of the whole image; all
+//! but `flip` also of the indirect light, and of the indirect light on diffuse surfaces. `docs/accuracy.md` has it as a
+//! formula, and [`super::terms`] says with which settings the indirect light of a method is measured.
 //!
 //! Pixels that are not finite in one of the images are counted and excluded from every metric.
 
@@ -76,8 +76,8 @@ pub struct Comparison {
     pub total: Metrics,
     /// Mean of [`Self::flip_map`].
     pub flip: f64,
-    /// Of the indirect light: the images less the direct light that [`Subtract`] names. Absent without the layers that this
-    /// takes, and where the reference has no indirect light.
+    /// Of the indirect light: the images less the direct light that [`Subtract`] names. Absent without the layers that
+    /// this takes, and where the reference has no indirect light.
     pub indirect: Option<Metrics>,
     /// Of the indirect light over the pixels in which the reference shows only diffuse surfaces, neither metallic nor
     /// transmitting; absent if it has no diffuse layer, no such pixels, or no indirect light in them.
@@ -157,8 +157,8 @@ pub fn compare(image: &Layers, reference: &Layers, subtract: Subtract) -> Result
     })
 }
 
-/// [`compare`] of images with the headers of their files; an image of another program has no entries in its. Also the settings with which
-/// the image must be rendered again before its indirect light can be compared; empty if it can.
+/// [`compare`] of images with the headers of their files; an image of another program has no entries in its. Also the
+/// settings with which the image must be rendered again before its indirect light can be compared; empty if it can.
 ///
 /// # Errors
 /// As for [`compare`].
@@ -174,10 +174,11 @@ pub fn compare_files(image: &Layers, reference: &Layers, headers: [&Metadata; 2]
     Ok((comparison, needs))
 }
 
-/// The noise that a reference's own error may add to `rel`, by part of the light: mean |error of the reference| over its mean; of
-/// the indirect light, the whole light's noise, which is no smaller. `error`: the expected error of every pixel of the reference.
-/// By the triangle inequality no image's `rel` differs by more from that against a reference without noise; and as the noise has
-/// no mean, it makes `rel` larger, not smaller, but for chance that averages out over the pixels.
+/// The noise that a reference's own error may add to `rel`, by part of the light: mean |error of the reference| over
+/// its mean; of the indirect light, the whole light's noise, which is no smaller. `error`: the expected error of every
+/// pixel of the reference. By the triangle inequality no image's `rel` differs by more from that against a reference
+/// without noise; and as the noise has no mean, it makes `rel` larger, not smaller, but for chance that averages out
+/// over the pixels.
 pub fn noise_in_rel(reference: &Layers, error: &[[f32; 3]]) -> Parts<f64> {
     let sum = |pixels: &[[f32; 3]], counts: &dyn Fn(usize) -> bool| -> f64 {
         let counted = pixels.iter().enumerate().filter(|(i, p)| finite(p) && counts(*i));

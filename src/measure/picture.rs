@@ -9,8 +9,8 @@ use crate::output::picture::{codes, encode_rgb};
 /// The relative difference shown in full colour.
 const FULL_COLOR: f32 = 0.25;
 
-/// A PNG with four panels side by side: image, reference, signed difference (red: too bright, blue: too dark), and FLIP in the
-/// colours of magma. The images have the exposure that shows the reference by itself.
+/// A PNG with four panels side by side: image, reference, signed difference (red: too bright, blue: too dark), and FLIP
+/// in the colours of magma. The images have the exposure that shows the reference by itself.
 pub fn side_by_side(image: &Layers, reference: &Layers, comparison: &Comparison) -> Result<Vec<u8>> {
     let (width, height) = (image.width as usize, image.height as usize);
     let display = Display::automatic(ToneMap::default(), reference.beauty());

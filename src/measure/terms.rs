@@ -1,8 +1,9 @@
 //! Equal terms: the indirect light of every method is measured beside the same, exact direct light.
 //!
-//! The talk shadows lights by cones and finds the light of lamps by cones. Its image then has no direct part that could be told
-//! apart, and the errors of its shadows would count as errors of its indirect light. So the indirect light is measured on an
-//! image with exact shadow rays and sampled lamps, whatever the settings say, and tables name what was changed for that.
+//! The talk shadows lights by cones and finds the light of lamps by cones. Its image then has no direct part that could
+//! be told apart, and the errors of its shadows would count as errors of its indirect light. So the indirect light is
+//! measured on an image with exact shadow rays and sampled lamps, whatever the settings say, and tables name what was
+//! changed for that.
 
 use glam::Vec3;
 
@@ -12,14 +13,14 @@ use crate::settings::{LampLight, Settings, Shadows};
 /// The entry in an image's header that holds [`changes`] of its settings.
 pub const HEADER: &str = "equalTerms";
 
-/// Whose direct light is subtracted from an image to leave its indirect light. The reference's own is subtracted from the
-/// reference either way.
+/// Whose direct light is subtracted from an image to leave its indirect light. The reference's own is subtracted from
+/// the reference either way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subtract {
     /// The image's own direct layer.
     Own,
-    /// The reference's direct layer. Every method gathers the light of the sky together with the light of other surfaces, so
-    /// that the direct layer of an image lacks it, while the reference's direct layer holds it.
+    /// The reference's direct layer. Every method gathers the light of the sky together with the light of other
+    /// surfaces, so that the direct layer of an image lacks it, while the reference's direct layer holds it.
     OfReference,
 }
 

@@ -64,7 +64,8 @@ pub struct PassTiming {
     pub wall_ms: Option<Spread>,
     /// Bytes that the pass writes in one frame, by its own estimate.
     pub bytes: u64,
-    /// Milliseconds of device time of each level of mips, or step of propagation (median); empty unless they were timed.
+    /// Milliseconds of device time of each level of mips, or step of propagation (median); empty unless they were
+    /// timed.
     pub steps_ms: Vec<f64>,
     /// Milliseconds of device time in each frame that ran the pass.
     #[serde(skip)]
@@ -89,7 +90,8 @@ impl Count {
         timed < self.least || (timed < self.most && wall_ms.sum::<f64>() < self.enough_ms)
     }
 
-    /// Renders frames, each of which makes lists and light again as if something had moved. `go_on` is asked before each.
+    /// Renders frames, each of which makes lists and light again as if something had moved. `go_on` is asked before
+    /// each.
     ///
     /// # Errors
     /// Those of `go_on` and of a frame.

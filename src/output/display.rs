@@ -1,7 +1,7 @@
 //! From radiance to what a display shows: exposure, a tone curve, and 8-bit sRGB codes.
 //!
-//! Exposure multiplies radiance by 2^EV. The tone curve brings the product into [0, 1], and the codes are those of IEC 61966-2-1,
-//! rounded to the nearest, without dithering.
+//! Exposure multiplies radiance by 2^EV. The tone curve brings the product into [0, 1], and the codes are those of IEC
+//! 61966-2-1, rounded to the nearest, without dithering.
 
 use crate::color::srgb_from_linear;
 use crate::settings::choices;
@@ -13,8 +13,8 @@ choices! {
         /// Troy Sobotka's AgX (2022) with its default look: bright light keeps its gradations and pales as on film, and
         /// shade keeps its colours. 18 % grey stays near 18 %; white begins at 16.3.
         Agx = "agx",
-        /// Khronos PBR Neutral (2024), made for goods in even light: colours below 0.8 are kept, less the 4 % that dielectrics
-        /// reflect at normal incidence; brighter ones are compressed towards white.
+        /// Khronos PBR Neutral (2024), made for goods in even light: colours below 0.8 are kept, less the 4 % that
+        /// dielectrics reflect at normal incidence; brighter ones are compressed towards white.
         #[default]
         Neutral = "neutral",
         /// All channels over 1 + their luminance (Reinhard et al. 2002, equation 3, applied to the luminance); what is
@@ -54,11 +54,12 @@ const SHOWN_BRIGHT: f32 = 0.85;
 const SHOWN_MOST: f32 = 0.945;
 
 impl ToneMap {
-    /// The automatic exposure of an image in EV, a multiple of 0.01, so that the printed number gives the same bytes. It lies
-    /// half-way between the stops that show the geometric mean of the luminance as 0.18 and its 95th percentile as 0.85. It is
-    /// lower where otherwise more than 5 % of the pixels would have a channel beyond code 249, if they were as grey as they are
-    /// bright; with `neutral` and `linear` this holds for colours too. The sky counts. Black and non-finite pixels do not; 0 if
-    /// none is left. In the geometric mean no pixel counts for less than 2^−10 of the percentile.
+    /// The automatic exposure of an image in EV, a multiple of 0.01, so that the printed number gives the same bytes.
+    /// It lies half-way between the stops that show the geometric mean of the luminance as 0.18 and its 95th percentile
+    /// as 0.85. It is lower where otherwise more than 5 % of the pixels would have a channel beyond code 249, if they
+    /// were as grey as they are bright; with `neutral` and `linear` this holds for colours too. The sky counts. Black
+    /// and non-finite pixels do not; 0 if none is left. In the geometric mean no pixel counts for less than 2^−10 of
+    /// the percentile.
     pub fn automatic_exposure(self, beauty: &[[f32; 3]]) -> f32 {
         let is_seen = |p: &&[f32; 3]| p.iter().all(|c| c.is_finite()) && luminance(**p) > 0.0;
         let seen: Vec<&[f32; 3]> = beauty.iter().filter(is_seen).collect();

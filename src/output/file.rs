@@ -42,8 +42,8 @@ impl Drop for Writing {
 
 /// Writes `bytes` to `path`. A failure leaves an existing file unchanged and no temporary file.
 ///
-/// Links are followed. If `path` is not a regular file (a pipe, `/dev/stdout`), the bytes are written to it directly. `-` is
-/// standard output.
+/// Links are followed. If `path` is not a regular file (a pipe, `/dev/stdout`), the bytes are written to it directly.
+/// `-` is standard output.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     if is_standard(path) {
         let mut stdout = io::stdout().lock();
@@ -75,7 +75,8 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
     write(path, (text + "\n").as_bytes())
 }
 
-/// Writes what the program itself reads again, as TOML, whose numbers keep their bits; read from JSON some lose the last.
+/// Writes what the program itself reads again, as TOML, whose numbers keep their bits; read from JSON some lose the
+/// last.
 pub fn write_kept(path: &Path, value: &impl Serialize) -> Result<()> {
     let text = toml::to_string(value).map_err(|e| Error::file(path, e.to_string()))?;
     write(path, text.as_bytes())
@@ -107,8 +108,8 @@ pub fn create_folder(folder: &Path) -> Result<()> {
         .map_err(|e| Error::file(folder, format!("cannot be created: {e}; choose another folder")))
 }
 
-/// A file or a folder that this process has for itself, until the result is dropped or the process ends, however it does; `None`:
-/// another one has it. Where the system or the disk knows no such locks, every process gets one.
+/// A file or a folder that this process has for itself, until the result is dropped or the process ends, however it
+/// does; `None`: another one has it. Where the system or the disk knows no such locks, every process gets one.
 pub fn lock(opened: File) -> Option<File> {
     (!matches!(opened.try_lock(), Err(TryLockError::WouldBlock))).then_some(opened)
 }
@@ -134,8 +135,8 @@ impl Drop for FileLock {
     }
 }
 
-/// Removes the files with the ending of `newest` that were written or used longest ago, until those in its folder have at most so
-/// many bytes or it is the only one.
+/// Removes the files with the ending of `newest` that were written or used longest ago, until those in its folder have
+/// at most so many bytes or it is the only one.
 pub fn make_room(newest: &Path, most_bytes: u64) {
     let entries = newest.parent().and_then(|folder| folder.read_dir().ok()).into_iter().flatten().flatten();
     let alike = |entry: fs::DirEntry| {

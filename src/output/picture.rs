@@ -1,4 +1,5 @@
-//! Files of images as a display shows them: PNG and JPEG, 8-bit sRGB without a colour space chunk, so that viewers assume sRGB.
+//! Files of images as a display shows them: PNG and JPEG, 8-bit sRGB without a colour space chunk, so that viewers
+//! assume sRGB.
 
 use std::io::Cursor;
 use std::path::Path;

@@ -7,8 +7,8 @@ use std::path::Path;
 use crate::memory::{Limit, apart};
 use crate::{Error, Result};
 
-/// About a regular file. Others are refused before they are opened: a pipe may never say anything, and a device never end.
-/// `what` with its article, for messages.
+/// About a regular file. Others are refused before they are opened: a pipe may never say anything, and a device never
+/// end. `what` with its article, for messages.
 pub(crate) fn about(path: &Path, what: &str) -> Result<Metadata> {
     if path.is_dir() {
         return Err(Error::file(path, format!("is a folder, not {what}")));

@@ -1,7 +1,7 @@
 //! Text, colours and logarithmic axes for SVG pictures.
 
-/// Okabe and Ito's colours, which people with most colour vision deficiencies can distinguish, and a grey. The yellow is
-/// darker than theirs, for contrast on light and dark pages.
+/// Okabe and Ito's colours, which people with most colour vision deficiencies can distinguish, and a grey. The yellow
+/// is darker than theirs, for contrast on light and dark pages.
 pub const COLORS: &[&str] = &["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b8860b", "#56b4e9", "#7f7f7f"];
 
 /// Colours for white pages only: with the original yellow, a darker one and two greys.
@@ -22,8 +22,8 @@ pub struct LogAxis {
 }
 
 impl LogAxis {
-    /// Maps positive values to positions from `start` to `end`. Beyond the values there are at least `air` decades at each end,
-    /// and the span is at least half a decade.
+    /// Maps positive values to positions from `start` to `end`. Beyond the values there are at least `air` decades at
+    /// each end, and the span is at least half a decade.
     pub fn around(values: impl Iterator<Item = f64>, air: f64, start: f64, end: f64) -> Self {
         let positive = values.filter(|v| *v > 0.0);
         let (low, high) = positive.fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));

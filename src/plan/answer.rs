@@ -39,8 +39,8 @@ pub struct Answer {
     pub confidence: Confidence,
     /// Settings that were measured, or taken from earlier calls.
     pub measured: usize,
-    /// Seconds of processor time that measuring them took, references and final times not counted; absent where the system does
-    /// not tell it.
+    /// Seconds of processor time that measuring them took, references and final times not counted; absent where the
+    /// system does not tell it.
     pub measuring_cpu_s: Option<f64>,
     /// Whether the search ended by itself, and not because the budget was spent.
     pub finished: bool,

@@ -1,5 +1,5 @@
-//! From a question to its answer: references as fine as the limit asks for, the search, the best few timed in turns and looked at
-//! from every view, the winner checked where nothing was searched.
+//! From a question to its answer: references as fine as the limit asks for, the search, the best few timed in turns and
+//! looked at from every view, the winner checked where nothing was searched.
 
 use std::time::{Duration, Instant};
 
@@ -37,11 +37,12 @@ const MOST_PIXELS: u32 = 128 * 96;
 /// The part of the budget that references may take before the search, and after which nothing further is searched.
 const FOR_REFERENCES: f64 = 0.35;
 const FOR_SEARCH: f64 = 0.75;
-/// Where there are several views, the part after which the first one is not searched on: what it finds may not hold at the others.
+/// Where there are several views, the part after which the first one is not searched on: what it finds may not hold at
+/// the others.
 const FOR_FIRST_VIEW: f64 = 0.5;
 
-/// The reference's noise over the error that is to be told: below, the error is off by a twentieth at most (√(1 + ⅓²)); and the
-/// most at which a limit can be told to hold at all.
+/// The reference's noise over the error that is to be told: below, the error is off by a twentieth at most (√(1 + ⅓²));
+/// and the most at which a limit can be told to hold at all.
 const FINE: f64 = 1.0 / 3.0;
 const COARSE: f64 = 0.6;
 
@@ -73,8 +74,8 @@ pub fn key(question: &Question, bench: &Bench) -> String {
 /// Measures until the answer is known or the budget is spent.
 ///
 /// # Errors
-/// A limit on the error that no reference within the budget can tell, with what it would take; settings that make no sense;
-/// whatever ends a frame.
+/// A limit on the error that no reference within the budget can tell, with what it would take; settings that make no
+/// sense; whatever ends a frame.
 pub fn ask(question: &Question, bench: Bench) -> Result<Answer> {
     let mut spaces = spaces(&Needs::of(bench.setup.scene), &question.fixed)?;
     // Without indirect light, all of it is missing.
@@ -170,7 +171,8 @@ impl Asking<'_> {
         Ok(())
     }
 
-    /// Makes finer references until their noise is at most this, or the next ones would take more than a share of the budget.
+    /// Makes finer references until their noise is at most this, or the next ones would take more than a share of the
+    /// budget.
     fn refine(&mut self, wanted: f64, share: f64) -> Result<()> {
         let until = self.after(share);
         self.bench.refine(&self.question.views[self.guide], wanted, until)
@@ -356,7 +358,8 @@ impl Asking<'_> {
         said
     }
 
-    /// Each ladder's rungs beside the winner's. Times of the search are put in proportion to `ms`, the winner's at the end.
+    /// Each ladder's rungs beside the winner's. Times of the search are put in proportion to `ms`, the winner's at the
+    /// end.
     fn neighbours(&self, winner: &Point, ms: f64) -> Vec<Neighbours> {
         let search = &self.search;
         let searched = search.point(winner.space, &winner.place);

@@ -1,7 +1,7 @@
 //! Measures settings: an image of a frame from scratch, times of further ones, memory, and errors against references.
 //!
-//! Images may be smaller than those that are asked for. Then the times of passes over the image count as many times as there are
-//! pixels more, and those of the other passes once.
+//! Images may be smaller than those that are asked for. Then the times of passes over the image count as many times as
+//! there are pixels more, and those of the other passes once.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::AtomicBool;
@@ -54,7 +54,8 @@ pub struct Row {
     pub passes: BTreeMap<String, f64>,
     /// Processor time of the cheapest of them, of all threads, where the system tells it.
     pub cpu_ms: Option<f64>,
-    /// Milliseconds of processor time that measuring took, of all threads, compiling included; where the system tells it.
+    /// Milliseconds of processor time that measuring took, of all threads, compiling included; where the system tells
+    /// it.
     pub spent_cpu_ms: Option<f64>,
     /// Device memory for images of the size that is asked for.
     pub bytes: u64,
@@ -107,7 +108,8 @@ impl<'a> Bench<'a> {
         Self { setup, level: 0, pace: None, renderer: None, rows, references }
     }
 
-    /// The error and time of settings at a view, against one of the two references. Settings that cannot run are infinitely bad.
+    /// The error and time of settings at a view, against one of the two references. Settings that cannot run are
+    /// infinitely bad.
     pub fn reading(&mut self, settings: &Settings, seen: &Seen, copy: u64) -> Result<Reading> {
         let reference = self.reference(seen, copy)?;
         match self.row(settings, seen) {
@@ -197,8 +199,8 @@ impl<'a> Bench<'a> {
         Ok(Reading { ms: passes.values().sum(), passes, bytes: row.bytes, error })
     }
 
-    /// Milliseconds that a frame takes of a CPU device which has the machine for itself, by its processor time: what else runs
-    /// disturbs that least, while device time then is wall-clock time. `None` on other devices.
+    /// Milliseconds that a frame takes of a CPU device which has the machine for itself, by its processor time: what
+    /// else runs disturbs that least, while device time then is wall-clock time. `None` on other devices.
     pub fn on_idle(&self, cpu_ms: f64) -> Option<f64> {
         self.setup.context.is_cpu.then(|| cpu_ms / rayon::current_num_threads() as f64)
     }
@@ -250,7 +252,8 @@ impl<'a> Bench<'a> {
         2.0 * self.pace.unwrap_or(0.0) * f64::from(self.samples())
     }
 
-    /// Makes finer references of a view until their noise is at most `wanted`, or the next ones would not be there `until` then.
+    /// Makes finer references of a view until their noise is at most `wanted`, or the next ones would not be there
+    /// `until` then.
     pub fn refine(&mut self, seen: &Seen, wanted: f64, until: Instant) -> Result<()> {
         loop {
             let began = Instant::now();
@@ -291,9 +294,10 @@ impl<'a> Bench<'a> {
         Ok(self.error(&b, &a)? * std::f64::consts::FRAC_1_SQRT_2)
     }
 
-    /// Frames of the size that is asked for, of all views: times of up to `rounds`, in which the settings take turns, so that what
-    /// else the machine does disturbs all alike; settings that take too much memory to wait beside the others are timed by
-    /// themselves. After `until` no further round begins. Of each settings the slowest view in each round, and the device memory.
+    /// Frames of the size that is asked for, of all views: times of up to `rounds`, in which the settings take turns,
+    /// so that what else the machine does disturbs all alike; settings that take too much memory to wait beside the
+    /// others are timed by themselves. After `until` no further round begins. Of each settings the slowest view in each
+    /// round, and the device memory.
     pub fn times(
         &mut self,
         all: &[Settings],

@@ -17,8 +17,8 @@ pub struct Limits {
     pub bytes: Option<u64>,
 }
 
-/// How well settings do: the less the better. What holds comes before what does not; among what holds the fewest milliseconds
-/// win where an error is allowed, else the least error; among the rest the one that is nearest to holding.
+/// How well settings do: the less the better. What holds comes before what does not; among what holds the fewest
+/// milliseconds win where an error is allowed, else the least error; among the rest the one that is nearest to holding.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct Score {
     /// Sum of ln(value / limit) over the limits that are exceeded.
@@ -46,7 +46,8 @@ impl Limits {
         self.score(of).excess <= 0.0
     }
 
-    /// The limit that is exceeded the most or, where all hold, the one with the least room: its flag, and what is taken of it.
+    /// The limit that is exceeded the most or, where all hold, the one with the least room: its flag, and what is taken
+    /// of it.
     pub fn binding(&self, of: &Reading) -> Option<(&'static str, f64)> {
         self.taken(of).max_by(|a, b| a.1.total_cmp(&b.1))
     }

@@ -1,9 +1,10 @@
 //! Predictions for a combination of rungs, from measurements of single steps.
 //!
-//! A step of a ladder changes each pass of a frame by a factor, so that steps which work on the same pass multiply: half the
-//! pixels and half the rays are a quarter of the gathering. So do errors, as was measured: over full sweeps of four scenes, a factor
-//! per step tells them to 2–9 % (root mean square), a sum of squares, as of independent causes, to 3–20 %. Whatever differs from
-//! this is put right by measuring: a prediction starts from the measured place nearest to what is predicted.
+//! A step of a ladder changes each pass of a frame by a factor, so that steps which work on the same pass multiply:
+//! half the pixels and half the rays are a quarter of the gathering. So do errors, as was measured: over full sweeps of
+//! four scenes, a factor per step tells them to 2–9 % (root mean square), a sum of squares, as of independent causes,
+//! to 3–20 %. Whatever differs from this is put right by measuring: a prediction starts from the measured place nearest
+//! to what is predicted.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};

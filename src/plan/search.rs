@@ -1,5 +1,5 @@
-//! Which settings are measured, and in which order: presets first, then steps of single ladders about the best, then the
-//! combinations that these promise most of.
+//! Which settings are measured, and in which order: presets first, then steps of single ladders about the best, then
+//! the combinations that these promise most of.
 
 use std::collections::BTreeMap;
 
@@ -37,12 +37,14 @@ impl Point {
     }
 }
 
-/// Measures the settings at a place of a space. What cannot run has an infinite time and error; an error ends the search.
+/// Measures the settings at a place of a space. What cannot run has an infinite time and error; an error ends the
+/// search.
 pub type Measure<'a> = dyn FnMut(usize, &[usize]) -> Result<Reading> + 'a;
 
 /// A combination is measured if it promises to be better by such a share,
 const WORTH: f64 = 0.03;
-/// where time and error are taken for so much less per ladder that differs, since predictions are off by some percent each way,
+/// where time and error are taken for so much less per ladder that differs, since predictions are off by some percent
+/// each way,
 const HOPE: f64 = 0.98;
 /// until so many in a row broke that promise.
 const MISSES: u32 = 6;
@@ -105,8 +107,8 @@ impl<'a> Search<'a> {
         Ok(score)
     }
 
-    /// Measures where searches begin: of each method the first; then further ones of the best method first, each until one does
-    /// not do better.
+    /// Measures where searches begin: of each method the first; then further ones of the best method first, each until
+    /// one does not do better.
     fn race(&mut self, measure: &mut Measure) -> Result<()> {
         let spaces = self.spaces;
         for (index, space) in spaces.iter().enumerate() {
@@ -260,7 +262,8 @@ mod tests {
         f64::from(u32::from_le_bytes(hash.as_bytes()[..4].try_into().unwrap())) / f64::from(u32::MAX)
     }
 
-    /// A sweep of a made scene: ladders multiply the times of two passes, squares of errors add up, and a little fits no such rule.
+    /// A sweep of a made scene: ladders multiply the times of two passes, squares of errors add up, and a little fits
+    /// no such rule.
     fn made(seed: u64, spaces: &[Space]) -> Swept {
         let mut swept = Swept::new();
         for (index, space) in spaces.iter().enumerate() {
@@ -285,8 +288,8 @@ mod tests {
         swept
     }
 
-    /// In nine of ten searches the best that is found is within a tenth of the best of all, by measuring one setting in `few`. The
-    /// limits are those that such a percentage of the settings hold.
+    /// In nine of ten searches the best that is found is within a tenth of the best of all, by measuring one setting in
+    /// `few`. The limits are those that such a percentage of the settings hold.
     fn assert_near(sweeps: impl Iterator<Item = Swept>, spaces: &[Space], percents: &[usize], few: usize) {
         let (mut asked, mut all, mut ratios) = (0, 0, Vec::new());
         for swept in sweeps {

@@ -38,8 +38,8 @@ const LOBES: Use = |needs, _| needs.lobes;
 /// Of use where light goes further than to the first surface.
 const INDIRECT: Use = |_, method| method != Method::None;
 
-/// A setting, its values and what they are of use for; keys of a method are of that one alone. The grid stops at 128: beyond,
-/// memory grows by eight with little to be gained.
+/// A setting, its values and what they are of use for; keys of a method are of that one alone. The grid stops at 128:
+/// beyond, memory grows by eight with little to be gained.
 const LADDERS: &[(&str, &[&str], Use)] = &[
     ("voxels", &["16", "32", "64", "128"], ALWAYS),
     ("bounces", &["1", "2", "all"], INDIRECT),

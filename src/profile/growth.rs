@@ -1,5 +1,5 @@
-//! How each pass's time grows with the grid, the triangles and the pixels: a few runs along each axis, and the exponent of
-//! the power law through them.
+//! How each pass's time grows with the grid, the triangles and the pixels: a few runs along each axis, and the exponent
+//! of the power law through them.
 
 use std::collections::HashMap;
 use std::sync::Arc;

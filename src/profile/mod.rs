@@ -40,8 +40,8 @@ pub struct Run {
     pub allocated_bytes: u64,
 }
 
-/// Frames rendered before the times count: the first compiles most shaders and grows buffers, the second compiles what empties
-/// the cells of the frame before.
+/// Frames rendered before the times count: the first compiles most shaders and grows buffers, the second compiles what
+/// empties the cells of the frame before.
 pub const WARM_UP: u32 = 2;
 
 impl Subject<'_> {

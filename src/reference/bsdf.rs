@@ -1,8 +1,9 @@
-//! The BSDF of glTF 2.0 (appendix B, with KHR_materials_specular, _ior, _transmission, _volume, _anisotropy, _iridescence and
-//! _diffuse_transmission): evaluation, sampling, density. [`super::layers`] adds what lies over it.
+//! The BSDF of glTF 2.0 (appendix B, with KHR_materials_specular, _ior, _transmission, _volume, _anisotropy,
+//! _iridescence and _diffuse_transmission): evaluation, sampling, density. [`super::layers`] adds what lies over it.
 //!
-//! Four lobes: diffuse ρ/π, GGX reflection, GGX transmission (unrefracted through thin walls, refracted at volumes), diffuse
-//! to the far side. Below [`SMOOTH`] the GGX lobes are mirrors. Smooth thin transmission is not a lobe: paths and shadow rays pass it, see [`Bsdf::unscattered`].
+//! Four lobes: diffuse ρ/π, GGX reflection, GGX transmission (unrefracted through thin walls, refracted at volumes),
+//! diffuse to the far side. Below [`SMOOTH`] the GGX lobes are mirrors. Smooth thin transmission is not a lobe: paths
+//! and shadow rays pass it, see [`Bsdf::unscattered`].
 
 use glam::{Mat3, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
@@ -81,7 +82,8 @@ pub struct Bsdf {
     layers: Option<Box<Layers>>,
 }
 
-/// The side from which a BSDF is seen. All vectors but `grain` are unit; all normals have a positive dot product with `wo`.
+/// The side from which a BSDF is seen. All vectors but `grain` are unit; all normals have a positive dot product with
+/// `wo`.
 #[derive(Clone, Copy, Debug)]
 pub struct Viewing {
     pub normal: Vec3,
@@ -240,7 +242,8 @@ impl Bsdf {
         self.layers.as_ref().map_or(through, |layers| through * layers.leave_straight())
     }
 
-    /// f · |cos| and the density of [`Self::sample`] without mirrors, for unit `wi` (world space, away from the surface).
+    /// f · |cos| and the density of [`Self::sample`] without mirrors, for unit `wi` (world space, away from the
+    /// surface).
     #[inline]
     pub fn eval(&self, wi: Vec3) -> (Vec3, f32) {
         let base = self.eval_base(wi);

@@ -62,8 +62,9 @@ impl Cache {
             .map(|e| e.to_string())
     }
 
-    /// The finished film for `options`: from the cache, or rendered from the state in the cache on. After `cancel` is set, the
-    /// finished part is saved and the result is [`crate::Error::Interrupted`]. What cannot be saved only costs time in the next run.
+    /// The finished film for `options`: from the cache, or rendered from the state in the cache on. After `cancel` is
+    /// set, the finished part is saved and the result is [`crate::Error::Interrupted`]. What cannot be saved only costs
+    /// time in the next run.
     pub fn render(
         &self,
         of: Still,

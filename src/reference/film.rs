@@ -11,7 +11,8 @@ use crate::layers::{Aov, Layers, relative_noise};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Pixel {
-    /// Three sums each: radiance of even samples, of odd samples, direct light. Then one: metres to the surfaces that samples hit.
+    /// Three sums each: radiance of even samples, of odd samples, direct light. Then one: metres to the surfaces that
+    /// samples hit.
     sums: [Sum; 10],
     /// Samples that hit a surface.
     hits: u64,
@@ -47,7 +48,8 @@ pub struct Film {
     pub history: Vec<(u32, f64)>,
 }
 
-/// The next count of samples after `done` at which noise is estimated. From 16 on, counts between 2ⁿ and 2ⁿ⁺¹ are 2ⁿ⁻³ apart.
+/// The next count of samples after `done` at which noise is estimated. From 16 on, counts between 2ⁿ and 2ⁿ⁺¹ are 2ⁿ⁻³
+/// apart.
 pub fn next_check(done: u32) -> u32 {
     const FIRST: u32 = 16;
     if done < FIRST {

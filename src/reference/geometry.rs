@@ -1,8 +1,8 @@
 //! The triangles of the posed scene in world space, in coordinates that suit f32.
 //!
 //! A *unit* of length is a power of two in metres, chosen so that the scene is about a thousand units wide; the scene's
-//! centre is the origin. A translated scene, or one scaled by a power of two, gives the same numbers. (A thousand, because
-//! obvhs ignores boxes smaller than 10⁻⁴.)
+//! centre is the origin. A translated scene, or one scaled by a power of two, gives the same numbers. (A thousand,
+//! because obvhs ignores boxes smaller than 10⁻⁴.)
 
 use std::borrow::Cow;
 

@@ -1,7 +1,8 @@
 //! Path tracing from the camera, with light sampling at every vertex and multiple importance sampling.
 //!
-//! Reflection and refraction, smooth or rough, count as bounces. Passing unscattered through an alpha-blended or masked surface
-//! or a smooth thin wall does not. Light seen directly or scattered once is *direct*; scattered n + 1 times, it has made n indirect bounces.
+//! Reflection and refraction, smooth or rough, count as bounces. Passing unscattered through an alpha-blended or masked
+//! surface or a smooth thin wall does not. Light seen directly or scattered once is *direct*; scattered n + 1 times, it
+//! has made n indirect bounces.
 
 use glam::Vec3;
 
@@ -21,8 +22,8 @@ use crate::scene::{Material, Pose, Scene};
 pub const PIXEL_AND_LIGHT: u32 = 0;
 const OCCLUSION: u32 = u32::MAX;
 
-/// Russian roulette starts after this many vertices. After `ROULETTE_ALWAYS` vertices it also ends paths of undiminished
-/// throughput, because total reflection in clear glass could continue for ever.
+/// Russian roulette starts after this many vertices. After `ROULETTE_ALWAYS` vertices it also ends paths of
+/// undiminished throughput, because total reflection in clear glass could continue for ever.
 const ROULETTE_START: u32 = 1;
 const ROULETTE_ALWAYS: u32 = 64;
 
@@ -79,7 +80,8 @@ pub(super) struct Path {
     pub throughput: Vec3,
     /// The number of vertices that scattered so far.
     pub scattered: u32,
-    /// Density of the ray's direction; `None` for the camera ray and after mirrors, where light sampling does not apply.
+    /// Density of the ray's direction; `None` for the camera ray and after mirrors, where light sampling does not
+    /// apply.
     pub density: Option<f32>,
     /// Product of [`bsdf::Scatter::compression`].
     pub compression: f32,
@@ -244,7 +246,8 @@ impl<'a> Integrator<'a> {
         Vertex { hit, point, surface, bsdf, unscattered, clear: true }
     }
 
-    /// The origin of a ray that leaves a vertex in `direction`: so far off the surface that the ray does not hit it again.
+    /// The origin of a ray that leaves a vertex in `direction`: so far off the surface that the ray does not hit it
+    /// again.
     pub(super) fn offset_origin(&self, vertex: &Vertex, direction: Vec3) -> Vec3 {
         let p = vertex.point.position;
         // A few times the spacing of f32 at the position; 16 units account for cancellation near the centre.
@@ -303,7 +306,8 @@ impl<'a> Integrator<'a> {
         }
     }
 
-    /// The light samples at vertex `k` of a path: at most one of a punctual light, one of an emitter and one of the sky.
+    /// The light samples at vertex `k` of a path: at most one of a punctual light, one of an emitter and one of the
+    /// sky.
     pub(super) fn light_samples(&self, p: Vec3, k: u32, sampler: &Sampler) -> impl Iterator<Item = LightSample> {
         let [_, _, u, v] = sampler.set(if k == 0 { PIXEL_AND_LIGHT } else { 2 * k - 1 });
         let punctual = self.lights.punctual_at(p, || sampler.set(2 * k + 2)[2], [u, v]);

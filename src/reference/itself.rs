@@ -15,8 +15,8 @@ use crate::scene::{Pose, Scene, Still, View};
 /// An image of so few pixels and samples tells a lamp from a label that glows.
 const OPTIONS: Options =
     Options { width: 48, height: 27, depth: Depth::Bounces(1), stop: Stop::Samples(4), seed: 0, occlusion: false };
-/// Of the brightest emission: what a white wall one lamp's width away from a lamp reflects is a few tenths, the walls of a room
-/// with one small lamp some thousandths. Below this, nine stops, either the lamp is white or all else black.
+/// Of the brightest emission: what a white wall one lamp's width away from a lamp reflects is a few tenths, the walls
+/// of a room with one small lamp some thousandths. Below this, nine stops, either the lamp is white or all else black.
 const LEAST: f32 = 1.0 / 512.0;
 
 /// Whether the scene's own emission lights the surfaces that `view` sees, so that one exposure can show both.

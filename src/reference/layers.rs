@@ -1,7 +1,7 @@
 //! Layers over a base: sheen, and over both a clearcoat (KHR_materials_sheen, KHR_materials_clearcoat).
 //!
-//! The coat takes its share by Fresnel at the viewer's angle, as its specification says; the sheen takes from the base what
-//! it reflects from light all around, at the viewer's or the light's angle, whichever is more.
+//! The coat takes its share by Fresnel at the viewer's angle, as its specification says; the sheen takes from the base
+//! what it reflects from light all around, at the viewer's or the light's angle, whichever is more.
 
 use glam::{Mat3, Vec3};
 use std::f32::consts::FRAC_1_PI;

@@ -63,7 +63,8 @@ impl Lights {
         !self.emitters.triangles.is_empty() || self.sky.shines()
     }
 
-    /// Samples one punctual light at `p`. `choice` selects it with probability proportional to its unoccluded irradiance.
+    /// Samples one punctual light at `p`. `choice` selects it with probability proportional to its unoccluded
+    /// irradiance.
     pub fn punctual_at(&self, p: Vec3, choice: impl FnOnce() -> f32, u: [f32; 2]) -> Option<LightSample> {
         match self.punctual.as_slice() {
             [] => None,
@@ -157,7 +158,8 @@ impl PunctualLight {
         self.intensity * (falloff * range_window(distance, self.range) / distance2)
     }
 
-    /// Samples the light as seen from `p`. With a radius it is an even ball (a distant one an even disc) of the same irradiance.
+    /// Samples the light as seen from `p`. With a radius it is an even ball (a distant one an even disc) of the same
+    /// irradiance.
     fn sample(&self, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
         let irradiance = self.irradiance(p);
         if irradiance == Vec3::ZERO {

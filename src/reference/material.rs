@@ -89,7 +89,8 @@ impl<'a> Materials<'a> {
         m.emissive * texel.truncate() * m.opacity(self.scene(), &self.textures, &texturing)
     }
 
-    /// Estimated mean over a triangle of the largest channel of its emission, of both sides, by which light sampling chooses.
+    /// Estimated mean over a triangle of the largest channel of its emission, of both sides, by which light sampling
+    /// chooses.
     pub fn mean_emission(&self, triangle: u32) -> f32 {
         const GRID: u32 = 4;
         let sides = if self.geometry.flags[self.geometry.material(triangle)].double_sided { 2.0 } else { 1.0 };

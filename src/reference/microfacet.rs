@@ -1,5 +1,5 @@
-//! The GGX microfacet distribution of glTF 2.0, appendix B, and KHR_materials_anisotropy, with separable Smith masking. Vectors are in the local frame with z
-//! along the shading normal. All cosines must be > 0.
+//! The GGX microfacet distribution of glTF 2.0, appendix B, and KHR_materials_anisotropy, with separable Smith masking.
+//! Vectors are in the local frame with z along the shading normal. All cosines must be > 0.
 
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};

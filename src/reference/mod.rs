@@ -1,7 +1,7 @@
 //! The reference: an unbiased path tracer on the CPU. It shares only the scene and its materials with the renderer.
 //!
-//! [`render`] adds samples to a [`Film`] until [`Options::stop`]; [`cache::Cache`] keeps films between runs. One kind of
-//! light is missing, because such paths cannot be sampled from the camera: caustics of point lights without extent.
+//! [`render`] adds samples to a [`Film`] until [`Options::stop`]; [`cache::Cache`] keeps films between runs. One kind
+//! of light is missing, because such paths cannot be sampled from the camera: caustics of point lights without extent.
 
 mod bsdf;
 #[cfg(test)]
@@ -63,7 +63,8 @@ pub enum Stop {
     Range { first: u32, end: u32 },
     /// The first count of [`film::next_check`] at which [`Film::noise`] is at most this.
     Noise(f64),
-    /// Any film whose noise is at most `noise`, but none beyond that of [`Self::Noise`] with `last`: a step on the way to it.
+    /// Any film whose noise is at most `noise`, but none beyond that of [`Self::Noise`] with `last`: a step on the way
+    /// to it.
     Rough { noise: f64, last: f64 },
 }
 
@@ -148,8 +149,8 @@ impl Stop {
 /// Adds samples to `film` until `options.stop`, on all threads.
 ///
 /// # Errors
-/// [`Error::Interrupted`] if `control.cancel` is set before; [`Error::Usage`] for a scene or a pose that [`Scene::check`](crate::scene::Scene::check) or
-/// [`Pose::check`](crate::scene::Pose::check) refuses.
+/// [`Error::Interrupted`] if `control.cancel` is set before; [`Error::Usage`] for a scene or a pose that
+/// [`Scene::check`](crate::scene::Scene::check) or [`Pose::check`](crate::scene::Pose::check) refuses.
 pub fn render(seen: Still, options: &Options, film: &mut Film, control: Control) -> Result<()> {
     trace(&integrator(seen, options)?, seen.view, options, film, control)
 }
@@ -200,7 +201,8 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Renders every row up to `target` samples per pixel; after `cancel` is set, rows that are not finished stay as they were.
+    /// Renders every row up to `target` samples per pixel; after `cancel` is set, rows that are not finished stay as
+    /// they were.
     fn pass(&self, film: &mut Film, target: u32) {
         let Options { width, height, stop, .. } = *self.options;
         let noise = film.history.last().map(|(_, noise)| *noise);
@@ -232,8 +234,8 @@ impl Job<'_> {
         }
     }
 
-    /// Adds sample number `index` to the pixels of the tile of `columns` pixels' width, in all of `rows`, that has its upper
-    /// left corner at `corner`.
+    /// Adds sample number `index` to the pixels of the tile of `columns` pixels' width, in all of `rows`, that has its
+    /// upper left corner at `corner`.
     fn trace_tile(&self, rows: &mut [Row], corner: [usize; 2], columns: usize, index: u32) {
         let pixels: Vec<_> = (0..rows.len()).flat_map(|y| (0..columns).map(move |x| (corner[0] + x, y))).collect();
         let (mut rays, mut samplers) = (Vec::with_capacity(pixels.len()), Vec::with_capacity(pixels.len()));

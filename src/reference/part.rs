@@ -1,4 +1,5 @@
-//! Some of the samples of a reference as a file, to be merged with the others: sums, counts, and what the image will say of itself.
+//! Some of the samples of a reference as a file, to be merged with the others: sums, counts, and what the image will
+//! say of itself.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! The sky: its radiance, and samples of a map by its brightness. An even or graded sky is not sampled: only scattered rays find
-//! it, and on a diffuse surface these are already distributed by its irradiance.
+//! The sky: its radiance, and samples of a map by its brightness. An even or graded sky is not sampled: only scattered
+//! rays find it, and on a diffuse surface these are already distributed by its irradiance.
 
 use std::sync::Arc;
 

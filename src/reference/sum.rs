@@ -1,4 +1,5 @@
-//! Sums that do not depend on their order: fixed point, exact. So films of parts of the samples add up to the whole film's bits.
+//! Sums that do not depend on their order: fixed point, exact. So films of parts of the samples add up to the whole
+//! film's bits.
 
 use bytemuck::{Pod, Zeroable};
 

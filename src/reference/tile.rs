@@ -1,10 +1,11 @@
 //! Paths of neighbouring pixels that reuse each other's second vertices (Bekaert, Sbert and Halton 2002).
 //!
-//! Every pixel of a tile traces its own path x → y → …. Then each first vertex x is connected to each visible second vertex y:
-//! the radiance that y sends to another x differs only by the BSDF at y. The balance heuristic over all pixels that could have
-//! sampled y keeps the estimate unbiased. A connection costs a shadow ray and replaces a path.
+//! Every pixel of a tile traces its own path x → y → …. Then each first vertex x is connected to each visible second
+//! vertex y: the radiance that y sends to another x differs only by the BSDF at y. The balance heuristic over all
+//! pixels that could have sampled y keeps the estimate unbiased. A connection costs a shadow ray and replaces a path.
 //!
-//! Not connected: mirrors at x, surfaces that pass light unscattered, all that lies behind those, and surfaces of volumes.
+//! Not connected: mirrors at x, surfaces that pass light unscattered, all that lies behind those, and surfaces of
+//! volumes.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -16,16 +17,17 @@ use super::lights::LightSample;
 use super::sampler::Sampler;
 use super::traversal::Ray;
 
-/// Pixels along each side of a tile. Efficiency (1 / noise² / time) relative to independent paths, for a Cornell box and an
-/// atrium: side 2 gives 2.8 and 2.1, side 3 4.5 and 2.8, side 4 5.3 and 2.8, side 6 the same as 4.
+/// Pixels along each side of a tile. Efficiency (1 / noise² / time) relative to independent paths, for a Cornell box
+/// and an atrium: side 2 gives 2.8 and 2.1, side 3 4.5 and 2.8, side 4 5.3 and 2.8, side 6 the same as 4.
 const SIDE: usize = 4;
 
 /// The tiles of consecutive samples. They change, because pixels of a tile share their noise: fixed tiles show.
 ///
-/// Four changes in each doubling of the count: samples of one pixel are stratified, and stay so in each quarter. Measured
-/// against fixed tiles, 64 to 256 samples: steps of noise across fixed tiles' borders are 0.98 to 1.01 of those within (1.14 to
-/// 2.22 before); a sample costs as much, and the noise is 1 % higher in the gallery, 3 % in an atrium, 6 % on stairs, 6 to 10 %
-/// in a Cornell box. Changes after every second sample cost up to 9 % more noise, two in each doubling no less than four.
+/// Four changes in each doubling of the count: samples of one pixel are stratified, and stay so in each quarter.
+/// Measured against fixed tiles, 64 to 256 samples: steps of noise across fixed tiles' borders are 0.98 to 1.01 of
+/// those within (1.14 to 2.22 before); a sample costs as much, and the noise is 1 % higher in the gallery, 3 % in an
+/// atrium, 6 % on stairs, 6 to 10 % in a Cornell box. Changes after every second sample cost up to 9 % more noise, two
+/// in each doubling no less than four.
 pub struct Tiles {
     /// The width of the first column of tiles, and the height of the first row: 1 to [`SIDE`] pixels.
     first: [usize; 2],
@@ -103,7 +105,8 @@ struct Connection<'a> {
     first: &'a FirstVertex,
     /// From the first vertex to the shared one, unit.
     direction: Vec3,
-    /// f · |cos| at the first vertex, and the density of its sampling the shared vertex; both per area of the shared vertex.
+    /// f · |cos| at the first vertex, and the density of its sampling the shared vertex; both per area of the shared
+    /// vertex.
     f: Vec3,
     density: f32,
 }

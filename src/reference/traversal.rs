@@ -157,8 +157,8 @@ impl Bvh {
         }
     }
 
-    /// Calls `found` with each hit and the ray's end, and continues up to the end that it returns. `ORDERED` visits near boxes
-    /// first. Each lane is a box or a triangle.
+    /// Calls `found` with each hit and the ray's end, and continues up to the end that it returns. `ORDERED` visits
+    /// near boxes first. Each lane is a box or a triangle.
     fn walk<const ORDERED: bool>(&self, ray: &Ray, mut found: impl FnMut(&Hit, f32) -> f32) {
         // Comparisons with NaN are false, so that a ray that is not finite would enter boxes that do not exist.
         if self.nodes.is_empty() || !(ray.origin + ray.direction).is_finite() {

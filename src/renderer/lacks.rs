@@ -63,7 +63,8 @@ pub fn stage_needs(method: Method) -> StageNeeds {
     own.fold(StageNeeds::default(), |most, (_, needs)| most.max(*needs))
 }
 
-/// The needs of frames with these settings that a device does not meet: names of the Vulkan specification, with the least value where there is one.
+/// The needs of frames with these settings that a device does not meet: names of the Vulkan specification, with the
+/// least value where there is one.
 pub fn lacks(device: &DeviceReport, settings: &Settings) -> Vec<String> {
     let asked = settings.grid.conservative.needs();
     let own = device.wishes.iter().filter(|need| asked.contains(&need.name.as_str()));

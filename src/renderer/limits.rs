@@ -27,7 +27,8 @@ pub fn largest_image(context: &Context) -> (u32, String) {
     (most, format!("the {most} texels a side of an image of {}", context.name))
 }
 
-/// How many triangles, over all instances, a device's buffers hold at most, whatever is known of each, and what says so.
+/// How many triangles, over all instances, a device's buffers hold at most, whatever is known of each, and what says
+/// so.
 pub fn most_triangles(context: &Context) -> (u64, String) {
     let most = u64::from(context.limits.max_storage_buffer_range) / size_of::<Triangle>() as u64;
     (most, format!("the largest buffer that {} binds", context.name))
@@ -41,8 +42,8 @@ pub(crate) struct MemoryCheck {
     largest: Limit,
 }
 
-/// Refuses a frame whose resources exceed the memory of a device, or what it binds at once, before anything is made: the device
-/// need not be here.
+/// Refuses a frame whose resources exceed the memory of a device, or what it binds at once, before anything is made:
+/// the device need not be here.
 ///
 /// # Errors
 /// [`crate::Error::Memory`]
@@ -69,8 +70,8 @@ impl MemoryCheck {
         Self { limit: memory_limit(context, limit), largest }
     }
 
-    /// Packs the scene for the device, and makes its trees if they are asked for: refused is what does not fit, as soon as it is known.
-    /// Returns the bytes of what does not depend on the grid, of which `more` is known.
+    /// Packs the scene for the device, and makes its trees if they are asked for: refused is what does not fit, as soon
+    /// as it is known. Returns the bytes of what does not depend on the grid, of which `more` is known.
     pub fn pack(
         &self,
         context: &Context,
@@ -88,7 +89,8 @@ impl MemoryCheck {
         Ok((packed, fixed))
     }
 
-    /// Refuses what a new frame takes beyond what `fixed` names, before anything is uploaded, and most of it before trees are made.
+    /// Refuses what a new frame takes beyond what `fixed` names, before anything is uploaded, and most of it before
+    /// trees are made.
     pub fn check_first(&self, desc: &FrameDesc, trees: &TreesOnce, fixed: &[MemoryRow]) -> Result<()> {
         self.check_trees(desc, trees, fixed, &first_plan(desc, trees))
     }
@@ -105,8 +107,8 @@ impl MemoryCheck {
         self.check(desc.settings.voxels, fixed, plan)
     }
 
-    /// Refuses a grid of edge `voxels` whose resources exceed the limit or what the device binds at once. `fixed`: those that do not
-    /// depend on the grid; `plan`: those that a grid of that edge takes.
+    /// Refuses a grid of edge `voxels` whose resources exceed the limit or what the device binds at once. `fixed`:
+    /// those that do not depend on the grid; `plan`: those that a grid of that edge takes.
     pub fn check(&self, voxels: u32, fixed: &[MemoryRow], plan: &impl Fn(u32) -> Vec<MemoryRow>) -> Result<()> {
         let rows_at = |edge: u32| fixed.iter().copied().chain(plan(edge)).collect::<Vec<_>>();
         memory_plan::check_buffers(&memory_plan::check(voxels, &self.limit, rows_at)?, &self.largest)

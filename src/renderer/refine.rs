@@ -10,8 +10,9 @@ use crate::vk;
 
 impl Renderer {
     /// Renders one frame and waits for it. Buffers that turn out too small grow, and the frame is repeated. With
-    /// `bounces = all` the first frame is repeated until it settles: until the light changes by less than [`super::SETTLED`] from one
-    /// to the next, [`MOST_SETTLING`](crate::frame::MOST_SETTLING) times at most, and as often again as the method takes a mean of.
+    /// `bounces = all` the first frame is repeated until it settles: until the light changes by less than
+    /// [`super::SETTLED`] from one to the next, [`MOST_SETTLING`](crate::frame::MOST_SETTLING) times at most, and as
+    /// often again as the method takes a mean of.
     ///
     /// # Errors
     /// A buffer cannot grow as far as the scene needs, the device is lost, or what watches says so.
@@ -29,7 +30,8 @@ impl Renderer {
         Ok(FrameReport { repeats: repeats + report.repeats, settling, cpu_ms, ..report })
     }
 
-    /// One of the passes over the light that [`Self::render`] makes before its image; none where [`Self::light_is_whole`].
+    /// One of the passes over the light that [`Self::render`] makes before its image; none where
+    /// [`Self::light_is_whole`].
     ///
     /// # Errors
     /// As for [`Self::render`].
@@ -37,12 +39,14 @@ impl Renderer {
         if self.light_is_whole() { Ok(None) } else { self.draw(pose, view, None).map(Some) }
     }
 
-    /// Whether what stands still is lit by as many passes as [`Self::render`] makes: with `bounces = all` that takes some.
+    /// Whether what stands still is lit by as many passes as [`Self::render`] makes: with `bounces = all` that takes
+    /// some.
     pub fn light_is_whole(&self) -> bool {
         !self.frame.light.is_awaited()
     }
 
-    /// An image of one pass, with the light as far as it has come, and brings that further by one pass where it is not whole.
+    /// An image of one pass, with the light as far as it has come, and brings that further by one pass where it is not
+    /// whole.
     ///
     /// # Errors
     /// As for [`Self::render`].
@@ -51,8 +55,8 @@ impl Renderer {
         self.draw(pose, view, Some(0))
     }
 
-    /// One more pass over the last image, whose mean with those before is read from then on: what [`Self::render`] shows where
-    /// `image.passes` is as high. The report is of this pass; its noise is the mean's.
+    /// One more pass over the last image, whose mean with those before is read from then on: what [`Self::render`]
+    /// shows where `image.passes` is as high. The report is of this pass; its noise is the mean's.
     ///
     /// # Errors
     /// As for [`Self::render`]; the mean then is as before.

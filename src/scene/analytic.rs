@@ -4,8 +4,9 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::{Material, Mesh, Scene, View};
 
-/// A closed box of side 2 around the origin. Every surface is diffuse with `albedo` and emits the radiance `emission`. After n
-/// bounces the radiance is `emission` · Σ albedoᵏ, k = 0…n, everywhere. `block` adds a rotated box of the same material.
+/// A closed box of side 2 around the origin. Every surface is diffuse with `albedo` and emits the radiance `emission`.
+/// After n bounces the radiance is `emission` · Σ albedoᵏ, k = 0…n, everywhere. `block` adds a rotated box of the same
+/// material.
 pub fn furnace(albedo: f32, emission: f32, block: bool) -> Scene {
     let mut scene = Scene::empty("furnace");
     let wall = Material { emissive: Vec3::splat(emission), ..Material::lambert("wall", Vec3::splat(albedo)) };

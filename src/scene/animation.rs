@@ -23,7 +23,8 @@ impl Scene {
         self.pose_of(&Playback::once(animation), f64::from(time_s))
     }
 
-    /// The pose at `time_s` seconds of all that plays. Node transforms, skins and weights of morph targets are those of one time.
+    /// The pose at `time_s` seconds of all that plays. Node transforms, skins and weights of morph targets are those of
+    /// one time.
     pub fn pose_of(&self, playback: &Playback, time_s: f64) -> Pose {
         self.at_moment(playback, time_s, |world, deforms| {
             let light = |node: usize| {
@@ -115,8 +116,8 @@ impl Scene {
     }
 }
 
-/// Where nodes stand. Small files have millions of instances, each at a node of its own behind all that have children: where these
-/// stand is found when it is asked for.
+/// Where nodes stand. Small files have millions of instances, each at a node of its own behind all that have children:
+/// where these stand is found when it is asked for.
 pub(super) struct World<'a> {
     nodes: &'a [Node],
     locals: &'a [Transform],
@@ -220,7 +221,8 @@ impl WeightChannel {
     }
 }
 
-/// Of key times, the key before `time_s`, the position between it and the next key (0 to 1), and the seconds between the two.
+/// Of key times, the key before `time_s`, the position between it and the next key (0 to 1), and the seconds between
+/// the two.
 fn span(times: &[f32], time_s: f32) -> (usize, f64, f64) {
     let after = times.partition_point(|t| *t <= time_s);
     if after == 0 || after == times.len() {

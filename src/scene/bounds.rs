@@ -58,8 +58,8 @@ impl Bounds {
 const OUTLINE_MAX: usize = 1 << 20;
 
 impl Scene {
-    /// Points that stand for the scene's extent: its vertices where nothing plays and they are not very many, else the corners of
-    /// `bounds`.
+    /// Points that stand for the scene's extent: its vertices where nothing plays and they are not very many, else the
+    /// corners of `bounds`.
     pub fn outline(&self, bounds: Bounds) -> Vec<DVec3> {
         let vertices: usize = self.instances.iter().map(|instance| self.meshes[instance.mesh].positions.len()).sum();
         if !self.animations.is_empty() || vertices > OUTLINE_MAX {
@@ -79,8 +79,8 @@ impl Scene {
 
     /// The box around all vertices over the whole `animation`, in metres: at its keys and at 64 uniform times. Motion
     /// between these times (the arc of a fast rotation) can leave the box slightly. Very long animations are sampled at
-    /// 4096 uniform times, and at fewer where very much moves. Very large meshes are replaced by their boxes; where they
-    /// deform, they are sampled at fewer of these times. Empty for a scene without meshes.
+    /// 4096 uniform times, and at fewer where very much moves. Very large meshes are replaced by their boxes; where
+    /// they deform, they are sampled at fewer of these times. Empty for a scene without meshes.
     pub fn bounds(&self, animation: Option<usize>) -> Bounds {
         self.bounds_of(&Playback::once(animation))
     }
@@ -191,7 +191,8 @@ impl Scene {
     }
 }
 
-/// Points whose bounds contain those of `positions` under any transform: the positions themselves, or their box's corners.
+/// Points whose bounds contain those of `positions` under any transform: the positions themselves, or their box's
+/// corners.
 fn hull_points(positions: &[Vec3], samples: usize) -> Cow<'_, [Vec3]> {
     if positions.len().saturating_mul(samples) <= VERTEX_SAMPLES_MAX {
         return Cow::Borrowed(positions);

@@ -24,7 +24,8 @@ impl Scene {
         self.instances.len() - 1
     }
 
-    /// Adds a light at the origin of `world_from_light` that shines along its −Z, with [`Light::intensity`]. Returns its index.
+    /// Adds a light at the origin of `world_from_light` that shines along its −Z, with [`Light::intensity`]. Returns
+    /// its index.
     pub fn add_light(&mut self, kind: LightKind, intensity: Vec3, world_from_light: DAffine3) -> usize {
         let node = self.add_node("light", world_from_light);
         self.lights.push(Light { name: "light".into(), node, kind, intensity, range: f32::INFINITY, radius: 0.0 });

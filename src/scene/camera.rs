@@ -14,8 +14,8 @@ const FILLED: f64 = 2.0 / 3.0;
 const NEAR_PART: f64 = 1e-3;
 
 impl View {
-    /// From `eye` towards `target`, with a vertical field of view of `fov` radians. An `up` parallel to the line of sight is
-    /// replaced; a target at the eye means −Z.
+    /// From `eye` towards `target`, with a vertical field of view of `fov` radians. An `up` parallel to the line of
+    /// sight is replaced; a target at the eye means −Z.
     pub fn look_at(eye: DVec3, target: DVec3, up: DVec3, fov: f32) -> Self {
         let distance = (target - eye).length();
         let near = if distance > 0.0 { distance * NEAR_PART } else { NEAR_PART };
@@ -35,16 +35,17 @@ impl View {
         Self::look_at(eye, bounds.center(), DVec3::Y, fov)
     }
 
-    /// From the direction of [`Self::framing`], so near that the longer way of `points` across the image, whose width is
-    /// `aspect` times its height, takes two thirds of it, and the middle of that way is the image's. `None` without points
-    /// apart from each other.
+    /// From the direction of [`Self::framing`], so near that the longer way of `points` across the image, whose width
+    /// is `aspect` times its height, takes two thirds of it, and the middle of that way is the image's. `None` without
+    /// points apart from each other.
     pub fn filling(points: &[DVec3], fov: f32, aspect: f64) -> Option<Self> {
         let view = Self::look_at(FRONT, DVec3::ZERO, DVec3::Y, fov);
         let [right, up, forward] = [view.right(), view.up, view.forward];
         let half = (0.5 * f64::from(fov)).tan();
         // From near by, so that nothing is rounded that lies far from the origin.
         let middle = *points.first()?;
-        // Seen from the depth −d, a point is within the share k/half of the image if |x − s| ≤ k (z + d), where the eye is at s.
+        // Seen from the depth −d, a point is within the share k/half of the image if |x − s| ≤ k (z + d), where the eye
+        // is at s.
         let along = |axis: DVec3, k: f64| {
             let ends = points.iter().map(|p| *p - middle).map(|p| (p.dot(axis), k * p.dot(forward)));
             let (high, low) = ends
@@ -79,7 +80,8 @@ impl View {
         Self { eye, forward, up: right.cross(forward), projection }
     }
 
-    /// Where the middle of a pixel of an image of `size` looks from, and its direction, unit. Pixels row by row from the upper left.
+    /// Where the middle of a pixel of an image of `size` looks from, and its direction, unit. Pixels row by row from
+    /// the upper left.
     pub fn ray(&self, pixel: usize, size: (u32, u32)) -> (DVec3, DVec3) {
         let (width, height) = (f64::from(size.0), f64::from(size.1));
         let (x, y) = ((pixel % size.0 as usize) as f64 + 0.5, (pixel / size.0 as usize) as f64 + 0.5);
@@ -92,8 +94,8 @@ impl View {
         }
     }
 
-    /// Where the middle of a pixel of an image of `size` meets a surface, in the world, by the layer of depth: metres ahead of the eye.
-    /// `None` where it meets none.
+    /// Where the middle of a pixel of an image of `size` meets a surface, in the world, by the layer of depth: metres
+    /// ahead of the eye. `None` where it meets none.
     pub fn surface(&self, pixel: usize, size: (u32, u32), depth: f32) -> Option<DVec3> {
         let (from, direction) = self.ray(pixel, size);
         depth.is_finite().then(|| from + direction * (f64::from(depth) / direction.dot(self.forward)))
@@ -104,8 +106,8 @@ impl View {
         self.ray(pixel, size).1
     }
 
-    /// Where a line between two points of the world shows in an image of `size`: x and y in pixels from the upper left corner. What
-    /// lies behind the eye is cut off; `None` where nothing is left.
+    /// Where a line between two points of the world shows in an image of `size`: x and y in pixels from the upper left
+    /// corner. What lies behind the eye is cut off; `None` where nothing is left.
     pub fn segment(&self, ends: [DVec3; 2], size: (u32, u32)) -> Option<[[f64; 2]; 2]> {
         let least = match self.projection {
             Projection::Perspective { near, .. } => f64::from(near).max(f64::MIN_POSITIVE),

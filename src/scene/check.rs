@@ -25,8 +25,8 @@ fn ensure(holds: bool, problem: impl FnOnce() -> String) -> Result<()> {
 }
 
 impl Scene {
-    /// Checks everything that the renderer and the path tracer rely on: that indices name something, that the lists of a mesh have
-    /// one length, and that positions are finite.
+    /// Checks everything that the renderer and the path tracer rely on: that indices name something, that the lists of
+    /// a mesh have one length, and that positions are finite.
     ///
     /// # Errors
     /// [`Error::Usage`] with the first thing that is wrong.

@@ -1,5 +1,5 @@
-//! Skins and morph targets: what deforms meshes, and the deformed meshes of a pose. `glsl/ground/deform.comp` does the same as
-//! [`Deform::of`] on the device; `tests/device/deform.rs` holds one against the other.
+//! Skins and morph targets: what deforms meshes, and the deformed meshes of a pose. `glsl/ground/deform.comp` does the
+//! same as [`Deform::of`] on the device; `tests/device/deform.rs` holds one against the other.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -41,7 +41,8 @@ pub struct Deform {
     pub influences: usize,
     /// Joint and weight, [`Self::influences`] for each vertex; their weights add up to 1.
     pub skin: Vec<(u32, f32)>,
-    /// The file has no normals: they are those of the deformed faces. Each face then has three vertices of its own, in order.
+    /// The file has no normals: they are those of the deformed faces. Each face then has three vertices of its own, in
+    /// order.
     pub flat: bool,
 }
 
@@ -62,8 +63,9 @@ pub struct DeformPose {
 }
 
 impl Deformer {
-    /// The space in which skinned meshes are deformed, in the world. glTF lets joints alone place them; a space at the first joint
-    /// keeps f32's precision far from the origin. It is mirrored as the node is, which decides what is a face's front.
+    /// The space in which skinned meshes are deformed, in the world. glTF lets joints alone place them; a space at the
+    /// first joint keeps f32's precision far from the origin. It is mirrored as the node is, which decides what is a
+    /// face's front.
     pub fn world_from_frame(&self, world: &[DAffine3]) -> DAffine3 {
         let Some(first) = self.joints.first() else { return world[self.node] };
         let mirrored = world[self.node].matrix3.determinant() < 0.0;

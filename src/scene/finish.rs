@@ -104,7 +104,8 @@ impl Default for DiffuseTransmission {
 
 #[cfg_attr(not(internals), doc(hidden))]
 impl Finish {
-    /// All texture slots in a fixed order, the renderer's, with the colour space of each. The path tracer reads them at every hit.
+    /// All texture slots in a fixed order, the renderer's, with the colour space of each. The path tracer reads them at
+    /// every hit.
     pub fn slots(&self) -> [(Option<TextureRef>, ColorSpace); 10] {
         use ColorSpace::{Linear, Srgb};
         [
@@ -217,7 +218,8 @@ impl Anisotropy {
 }
 
 impl Material {
-    /// The uv set, and its transform, along which a mesh without tangents gets them; `None` where nothing reads tangents.
+    /// The uv set, and its transform, along which a mesh without tangents gets them; `None` where nothing reads
+    /// tangents.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn tangent_uvs(&self) -> Option<(usize, Affine2)> {
         let finish = self.finish.as_deref();

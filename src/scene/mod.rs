@@ -1,7 +1,7 @@
 //! A scene as plain data in SI units: metres, right-handed, +Y up, linear Rec. 709 (glTF's conventions).
 //!
-//! [`Scene`] is independent of time; [`Scene::pose`] gives the transforms at a time. The renderer and the reference take both.
-//! World positions are f64, so that a scene 10⁷ m from the origin keeps its precision.
+//! [`Scene`] is independent of time; [`Scene::pose`] gives the transforms at a time. The renderer and the reference
+//! take both. World positions are f64, so that a scene 10⁷ m from the origin keeps its precision.
 
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod analytic;
@@ -255,7 +255,8 @@ pub struct Light {
     pub kind: LightKind,
     /// Colour × intensity. Point and spot: irradiance × m² (I/d²); directional: irradiance.
     pub intensity: Vec3,
-    /// Metres; infinite if the file gives none. The intensity is multiplied by glTF's window max(min(1 − (d/range)⁴, 1), 0).
+    /// Metres; infinite if the file gives none. The intensity is multiplied by glTF's window max(min(1 − (d/range)⁴,
+    /// 1), 0).
     pub range: f32,
     /// Radius of the light for soft shadows, metres (`extras.radius`); 0 gives hard shadows. Directional lights: the
     /// tangent of the light's half angle.

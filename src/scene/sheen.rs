@@ -33,16 +33,17 @@ pub fn lobe(roughness: f32, wo: Vec3, wi: Vec3) -> f32 {
 /// Steps of the table along each axis.
 pub const STEPS: usize = 32;
 
-/// Share of light from all around that a white lobe sends to a viewer; more than 1 near grazing below a roughness of 0.25: by roughness from the least to 1, then by the
-/// viewer's cosine to the normal, whose steps narrow towards grazing: (i / `STEPS`)².
+/// Share of light from all around that a white lobe sends to a viewer; more than 1 near grazing below a roughness of
+/// 0.25: by roughness from the least to 1, then by the viewer's cosine to the normal, whose steps narrow towards
+/// grazing: (i / `STEPS`)².
 pub static ALBEDO: LazyLock<Vec<[f32; STEPS + 1]>> = LazyLock::new(|| {
     let roughness = |row: usize| SHEEN_ROUGHNESS_MIN + (1.0 - SHEEN_ROUGHNESS_MIN) * row as f32 / STEPS as f32;
     let cos = |column: usize| (column as f32 / STEPS as f32).powi(2).max(1e-4);
     (0..=STEPS).map(|row| std::array::from_fn(|column| integrated(roughness(row), cos(column)))).collect()
 });
 
-/// Share of light from all around that a white sheen keeps from what lies below it, by the same steps: the mean over the
-/// light's directions of the larger of the two directions' albedos, at most 1.
+/// Share of light from all around that a white sheen keeps from what lies below it, by the same steps: the mean over
+/// the light's directions of the larger of the two directions' albedos, at most 1.
 pub static TAKEN: LazyLock<Vec<[f32; STEPS + 1]>> = LazyLock::new(|| {
     const HEIGHTS: usize = 64;
     let row = |albedos: &[f32; STEPS + 1]| {
@@ -77,7 +78,8 @@ pub fn albedo(roughness: f32, cos: f32) -> f32 {
     a + (b - a) * part
 }
 
-/// The albedo by a midpoint rule over the hemisphere. Heights are squared twice: much of the light comes from the horizon.
+/// The albedo by a midpoint rule over the hemisphere. Heights are squared twice: much of the light comes from the
+/// horizon.
 fn integrated(roughness: f32, cos: f32) -> f32 {
     const HEIGHTS: usize = 96;
     const TURNS: usize = 96;

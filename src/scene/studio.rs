@@ -1,4 +1,5 @@
-//! A studio for a scene that has no light: an environment with softboxes, a directional light, and a ground that takes shadows.
+//! A studio for a scene that has no light: an environment with softboxes, a directional light, and a ground that takes
+//! shadows.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -15,7 +16,8 @@ const LIGHT_RADIUS: f32 = 0.05;
 const ALBEDO: f32 = 0.5;
 /// Half the side of the ground over the radius of the scene. Beyond it the environment shows the ground's radiance.
 const GROUND_SIDE: f64 = 8.0;
-/// The ground's depth below the scene over the scene's radius, so that a face at the bottom of a model stays in front of it.
+/// The ground's depth below the scene over the scene's radius, so that a face at the bottom of a model stays in front
+/// of it.
 const GROUND_BELOW: f64 = 1e-3;
 /// Radiance of the walls, above the horizon and straight up.
 const WALLS: [f64; 2] = [0.45, 0.3];
@@ -102,9 +104,10 @@ impl Environment {
 }
 
 impl Scene {
-    /// Adds a studio for `view`: an environment, a directional light from the upper left behind the viewer, and with `ground` a
-    /// floor below `bounds`, the scene's own, whose radiance far away is that of the environment below the horizon, so that its
-    /// edge does not show. Returns a sentence about them. Existing poses do not include what is added.
+    /// Adds a studio for `view`: an environment, a directional light from the upper left behind the viewer, and with
+    /// `ground` a floor below `bounds`, the scene's own, whose radiance far away is that of the environment below the
+    /// horizon, so that its edge does not show. Returns a sentence about them. Existing poses do not include what is
+    /// added.
     pub fn add_studio(&mut self, view: &View, bounds: Bounds, ground: bool) -> String {
         let direction = (view.forward + 0.5 * view.right() - view.up).normalize();
         let rotation = DQuat::from_rotation_arc(DVec3::NEG_Z, direction);
@@ -114,7 +117,8 @@ impl Scene {
         self.lights[light].radius = LIGHT_RADIUS;
         let mut environment = Environment::new(view, direction);
         if ground {
-            // The environment near the horizon depends on the ground's radiance, little: this converges by a tenth a step.
+            // The environment near the horizon depends on the ground's radiance, little: this converges by a tenth a
+            // step.
             for _ in 0..12 {
                 let all = environment.irradiance() + IRRADIANCE * (-direction.y).max(0.0);
                 environment.ground = Some(f64::from(ALBEDO) / PI * all);

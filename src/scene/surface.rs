@@ -1,4 +1,5 @@
-//! Surface evaluation for the renderer and the reference: visible sides, material parameters, normals, falloff of lights.
+//! Surface evaluation for the renderer and the reference: visible sides, material parameters, normals, falloff of
+//! lights.
 //!
 //! Formulas: glTF 2.0 appendix B and the KHR_materials extensions.
 
@@ -33,7 +34,8 @@ pub struct SurfaceParams {
     pub roughness: f32,
     /// Radiance on the front, and on the back of double-sided materials.
     pub emissive: Vec3,
-    /// Albedo of the diffuse part before Fresnel: base colour × (1 − metallic). Includes the share that is transmitted instead.
+    /// Albedo of the diffuse part before Fresnel: base colour × (1 − metallic). Includes the share that is transmitted
+    /// instead.
     pub diffuse: Vec3,
     /// Reflectance at normal incidence: min(((ior−1)/(ior+1))² · specular colour, 1) · specular, mixed with the base
     /// colour by metallic.
@@ -146,14 +148,15 @@ impl SurfaceParams {
     }
 }
 
-/// The matrix that transforms normals: the inverse transpose times the determinant, which exists for singular matrices too.
+/// The matrix that transforms normals: the inverse transpose times the determinant, which exists for singular matrices
+/// too.
 pub fn cofactor(linear: DMat3) -> DMat3 {
     let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
     DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y))
 }
 
-/// Transforms an instance's normals and tangents to world space. Normals of mirrored instances (negative determinant) still
-/// point outward; the winding and the sign of the tangents are reversed.
+/// Transforms an instance's normals and tangents to world space. Normals of mirrored instances (negative determinant)
+/// still point outward; the winding and the sign of the tangents are reversed.
 #[derive(Clone, Copy, Debug)]
 pub struct WorldFrame {
     linear: DMat3,

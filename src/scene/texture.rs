@@ -1,7 +1,7 @@
 //! Mip chains and their sampling on the CPU. The GPU gets the same bytes.
 //!
-//! Levels are filtered in linear light: sRGB colours are decoded, box-filtered in f32 and encoded again; alpha is always
-//! linear. Each level is computed from the values of the level above before their rounding to 8 bits.
+//! Levels are filtered in linear light: sRGB colours are decoded, box-filtered in f32 and encoded again; alpha is
+//! always linear. Each level is computed from the values of the level above before their rounding to 8 bits.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
@@ -110,8 +110,8 @@ impl MipChain {
         Self { space, levels }
     }
 
-    /// Linear colour and alpha at `uv` with the filters of `texture`. `level` is log₂ of the footprint in texels of level 0;
-    /// the magnification filter applies at 0 and below (Vulkan's rule).
+    /// Linear colour and alpha at `uv` with the filters of `texture`. `level` is log₂ of the footprint in texels of
+    /// level 0; the magnification filter applies at 0 and below (Vulkan's rule).
     pub fn sample(&self, texture: &Texture, uv: Vec2, level: f32) -> Vec4 {
         let last = (self.levels.len() - 1) as f32;
         let sample = |level: usize, linear: bool| {
@@ -185,8 +185,8 @@ fn decode(table: &[f32; 256], texel: &[u8]) -> Vec4 {
     )
 }
 
-/// The texel at coordinate `x` in a row of `size` texels. `x` is a whole number at most one texel outside the reduced range of
-/// [`Lookup::filtered`], so no division is needed.
+/// The texel at coordinate `x` in a row of `size` texels. `x` is a whole number at most one texel outside the reduced
+/// range of [`Lookup::filtered`], so no division is needed.
 #[inline]
 fn wrap(wrap: Wrap, x: f32, size: u32) -> usize {
     let (x, size) = (x as i32, size as i32);
@@ -210,9 +210,9 @@ fn wrap(wrap: Wrap, x: f32, size: u32) -> usize {
     texel as usize
 }
 
-/// The next level in linear light: `texel` gives the texels of this level by number, row by row; the sizes are this and the
-/// next level's. Each texel is the mean over the area that it covers in this level. For odd sizes that includes parts of
-/// texels, so that no row or column is lost and the image does not shift.
+/// The next level in linear light: `texel` gives the texels of this level by number, row by row; the sizes are this and
+/// the next level's. Each texel is the mean over the area that it covers in this level. For odd sizes that includes
+/// parts of texels, so that no row or column is lost and the image does not shift.
 fn halved(size: [usize; 2], half: [usize; 2], texel: impl Fn(usize) -> Vec4) -> Vec<Vec4> {
     // Most sizes are even: the same sums, without lists of what each texel covers.
     if size == half.map(|n| 2 * n) {
@@ -235,7 +235,8 @@ fn halved(size: [usize; 2], half: [usize; 2], texel: impl Fn(usize) -> Vec4) -> 
     (0..half[0] * half[1]).map(|at| mean(at % half[0], at / half[0])).collect()
 }
 
-/// The old texels that new texel `i` covers, and their weights. In integers: an old texel is `to` wide, a new one `from`.
+/// The old texels that new texel `i` covers, and their weights. In integers: an old texel is `to` wide, a new one
+/// `from`.
 fn coverage(i: usize, from: usize, to: usize) -> Vec<(usize, f32)> {
     let (start, end) = (i * from, (i + 1) * from);
     let covered = |x: usize| ((x + 1) * to).min(end) - (x * to).max(start);
@@ -260,7 +261,8 @@ impl Textures {
 
 /// Texture sampling, by which materials are evaluated.
 pub trait Sampling {
-    /// The texture of `slot` at the point's uv, filtered over its footprint; without one white, which leaves the factor alone.
+    /// The texture of `slot` at the point's uv, filtered over its footprint; without one white, which leaves the factor
+    /// alone.
     fn sample(&self, scene: &Scene, slot: Option<&TextureRef>, space: ColorSpace, point: &SurfacePoint) -> Vec4;
 }
 
@@ -275,8 +277,8 @@ impl Sampling for Textures {
 }
 
 impl TextureRef {
-    /// The mip level at which a square of `footprint` uv units (before the transform) is one texel wide in the geometric
-    /// mean of both axes. Not clamped; −∞ for a footprint of 0.
+    /// The mip level at which a square of `footprint` uv units (before the transform) is one texel wide in the
+    /// geometric mean of both axes. Not clamped; −∞ for a footprint of 0.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn level(&self, image: &Image, footprint: f32) -> f32 {
         let texels = image.width as f32 * image.height as f32 * self.transform.matrix2.determinant().abs();

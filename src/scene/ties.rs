@@ -1,12 +1,14 @@
-//! Boxes for the builder of trees, obvhs. It joins boxes in pairs that find each other the nearest; where all are equally near, as in
-//! a row of equal triangles or in a heap of them at one place, one pair does, and building takes the square of their number.
+//! Boxes for the builder of trees, obvhs. It joins boxes in pairs that find each other the nearest; where all are
+//! equally near, as in a row of equal triangles or in a heap of them at one place, one pair does, and building takes
+//! the square of their number.
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 
 /// Boxes that may be alike: so few cost nothing.
 const MANY: u8 = 16;
-/// How much larger a box becomes at most, of its size and in any case, where the scene is 1024 wide: what rounding leaves.
+/// How much larger a box becomes at most, of its size and in any case, where the scene is 1024 wide: what rounding
+/// leaves.
 const SHARE: f32 = 0.02;
 const LEAST: f32 = 1.0 / 4096.0;
 /// Lower bound of the growth of boxes at one place, which differ by nothing else.

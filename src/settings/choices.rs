@@ -1,7 +1,7 @@
 //! The settings that are one of a few words.
 
-/// Closed lists of named choices: parsed from and printed as the names used in files and flags. Shaders are given the place of a choice
-/// in its list.
+/// Closed lists of named choices: parsed from and printed as the names used in files and flags. Shaders are given the
+/// place of a choice in its list.
 macro_rules! choices {
     ($($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $text:literal),+ $(,)? })+) => {$(
         $(#[$doc])*

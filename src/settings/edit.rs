@@ -48,14 +48,15 @@ impl Settings {
         self.replace(&[(key, parse(key, text.trim()))])
     }
 
-    /// Every key that has an effect and its value as TOML, in the order of [`keys()`]; the tables of other methods have none.
-    /// `merge_toml` of it gives settings that mean the same.
+    /// Every key that has an effect and its value as TOML, in the order of [`keys()`]; the tables of other methods have
+    /// none. `merge_toml` of it gives settings that mean the same.
     pub fn to_toml(&self) -> String {
         let values = self.all_values().into_iter().filter(|(key, _)| key.has_effect(self.method));
         values.map(|(key, value)| format!("{} = {}\n", key.name, write(&value))).collect()
     }
 
-    /// Checks each value against its key, as every way to set one from text does: the fields are public and take any value.
+    /// Checks each value against its key, as every way to set one from text does: the fields are public and take any
+    /// value.
     ///
     /// # Errors
     /// [`Error::Usage`], naming the key.

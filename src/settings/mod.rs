@@ -1,7 +1,7 @@
 //! The settings: meaning, unit, range and cost of every key, and the presets.
 //!
-//! Shared settings are in `src/settings/tables.rs`; each method has its own table (`src/settings/methods/`). Lengths inside
-//! the grid are counted in voxels, so that a scene scaled or moved gives the same image.
+//! Shared settings are in `src/settings/tables.rs`; each method has its own table (`src/settings/methods/`). Lengths
+//! inside the grid are counted in voxels, so that a scene scaled or moved gives the same image.
 
 mod center;
 mod choices;

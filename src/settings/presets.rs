@@ -85,7 +85,8 @@ impl Settings {
         lpv.lights.shadow_rays = 1;
         // Nothing but shadow rays goes through the base grid.
         lpv.voxels = 64;
-        // A cell averages over its whole list, and neighbours have nothing to share; its light is as smooth as cells are large.
+        // A cell averages over its whole list, and neighbours have nothing to share; its light is as smooth as cells
+        // are large.
         lpv.image.interleave = 1;
         lpv.image.gather_resolution = GatherResolution::Quarter;
         lpv

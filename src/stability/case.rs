@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::row::NOT_FINITE;
 
-/// A scene that is rendered at several places, and a number of each: an entry of `src/stability/cases.toml`. `rows.json` has the
-/// same keys but `quick`.
+/// A scene that is rendered at several places, and a number of each: an entry of `src/stability/cases.toml`.
+/// `rows.json` has the same keys but `quick`.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
@@ -17,7 +17,8 @@ pub struct Case {
     pub advice: String,
     pub unit: Unit,
     pub ideal: f64,
-    /// How far from the ideal presets of the method `rays` may be, wherever the scene stands. Others show what they show.
+    /// How far from the ideal presets of the method `rays` may be, wherever the scene stands. Others show what they
+    /// show.
     pub limit: f64,
     /// Whether it is part of `--quick`.
     #[serde(default, skip_serializing)]
@@ -30,7 +31,8 @@ impl Case {
         if (max - self.ideal).abs() >= (min - self.ideal).abs() { max } else { min }
     }
 
-    /// The median over places and, in brackets where it reads otherwise, the number that is the farthest from the ideal.
+    /// The median over places and, in brackets where it reads otherwise, the number that is the farthest from the
+    /// ideal.
     pub fn words(&self, median: f64, min: f64, max: f64) -> String {
         let (median, worst) = (self.unit.words(median), self.unit.words(self.farther(min, max)));
         if median == worst { median } else { format!("{median} ({worst})") }
@@ -105,8 +107,8 @@ pub struct Place {
 }
 
 impl Place {
-    /// The first is the grid's own; then offsets that fill the voxel evenly (the R3 sequence), and three angles in turn if
-    /// `turned`.
+    /// The first is the grid's own; then offsets that fill the voxel evenly (the R3 sequence), and three angles in turn
+    /// if `turned`.
     pub fn all(count: usize, turned: bool) -> Vec<Self> {
         // 1, 2 and 3 times the negative powers of the root of x⁴ = x + 1.
         const STEP: DVec3 = DVec3::new(0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3);

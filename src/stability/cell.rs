@@ -57,7 +57,8 @@ pub struct Cell<'a> {
     pub frame_ms: Rc<RefCell<Vec<f64>>>,
 }
 
-/// The settings of a preset on a grid. Where light propagation has a grid of its own, that keeps its proportion to the base grid.
+/// The settings of a preset on a grid. Where light propagation has a grid of its own, that keeps its proportion to the
+/// base grid.
 pub fn settings(preset: &str, grid: u32) -> Result<Settings> {
     let mut settings = Settings::preset(preset)?;
     settings.of.lpv.edge = (settings.of.lpv.edge * grid / 64).clamp(16, 64);

@@ -55,8 +55,8 @@ impl Outline {
     }
 }
 
-/// Writes all three files of a folder. `planned`: how many rows were asked for; `part`: such as "part 1 of 4", empty for a whole table;
-/// `running`: whether the program still fills it.
+/// Writes all three files of a folder. `planned`: how many rows were asked for; `part`: such as "part 1 of 4", empty
+/// for a whole table; `running`: whether the program still fills it.
 pub fn write(store: &Store<Row>, stored: &[Stored<Row>], planned: usize, part: &str, running: bool) -> Result<()> {
     let rows: Vec<Row> = stored.iter().map(|stored| stored.row.clone()).collect();
     let cases = cases::all().filter(|case| rows.iter().any(|row| row.case == case.name)).collect();
@@ -160,8 +160,8 @@ pub fn read_csv(text: &str) -> std::result::Result<Vec<Line>, String> {
     reader.deserialize().enumerate().map(line).collect()
 }
 
-/// The most that another driver's rounding may change a number: a share of its distance from the ideal, and of the case's limit (of a
-/// thousandth, where the limit is nothing).
+/// The most that another driver's rounding may change a number: a share of its distance from the ideal, and of the
+/// case's limit (of a thousandth, where the limit is nothing).
 const SHARE: f64 = 0.1;
 const OF_LIMIT: f64 = 0.2;
 

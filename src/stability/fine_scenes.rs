@@ -101,8 +101,8 @@ pub fn slope() -> Stage {
     Stage { scene, reach: 1.2, view: View::look_at(eye, target, DVec3::NEG_Z, 32f32.to_radians()) }
 }
 
-/// Radiance of [`slope`]'s plane where a ray of its view, at tangents `u` to the right and `v` up, meets it (Lambert's formula
-/// for polygons).
+/// Radiance of [`slope`]'s plane where a ray of its view, at tangents `u` to the right and `v` up, meets it (Lambert's
+/// formula for polygons).
 pub fn slope_radiance(view: &View, [u, v]: [f64; 2]) -> f64 {
     let d = view.forward + view.right() * u + view.up * v;
     let (rise, height) = SLOPE;

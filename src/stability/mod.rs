@@ -1,8 +1,8 @@
-//! Where methods fail, in numbers. A [`case::Case`] is a scene and a number with an ideal; each is run by every preset on several
-//! grids at several places in the grid, because one lucky alignment proves nothing.
+//! Where methods fail, in numbers. A [`case::Case`] is a scene and a number with an ideal; each is run by every preset
+//! on several grids at several places in the grid, because one lucky alignment proves nothing.
 //!
-//! [`cases`] lists them, [`cell`] makes a [`row::Row`] of a case, a preset and a grid, [`export`] shows rows and holds them
-//! against an earlier table. They are kept in a folder as those of a chart are.
+//! [`cases`] lists them, [`cell`] makes a [`row::Row`] of a case, a preset and a grid, [`export`] shows rows and holds
+//! them against an earlier table. They are kept in a folder as those of a chart are.
 
 pub mod case;
 pub mod cases;

@@ -19,8 +19,8 @@ pub fn mean(a: &Layers, b: &Layers) -> Layers {
     Layers::new(a.width, a.height, pixels.map(|(a, b)| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))).collect())
 }
 
-/// The temporal excess of `frames` over `truths`, as many of each and at least two: mean |ΔI − ΔR| over mean R, Δ from one frame to the
-/// next; and the same over the worst hundredth of the pixels.
+/// The temporal excess of `frames` over `truths`, as many of each and at least two: mean |ΔI − ΔR| over mean R, Δ from
+/// one frame to the next; and the same over the worst hundredth of the pixels.
 pub fn excess(frames: &[Layers], truths: &[Layers]) -> Result<(f64, f64)> {
     let pixels = frames[0].beauty().len();
     let mut changes = vec![0.0; pixels];

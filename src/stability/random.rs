@@ -1,5 +1,5 @@
-//! Scenes made by chance from a seed: boxes in boxes, slivers, triangles without area, tiny and huge parts, every kind of
-//! material and of light. A seed gives the same scene on every machine.
+//! Scenes made by chance from a seed: boxes in boxes, slivers, triangles without area, tiny and huge parts, every kind
+//! of material and of light. A seed gives the same scene on every machine.
 
 use std::f64::consts::TAU;
 
@@ -90,8 +90,8 @@ pub fn stage(seed: u64) -> Stage {
 
 /// Added to the means that are compared: a thousandth of what a light of 1 gives.
 const FAINT: f64 = 1e-3;
-/// Of this share of the truth's values none is larger than the bound, beside others that are: lamps smaller than a pixel, which samples
-/// meet by chance.
+/// Of this share of the truth's values none is larger than the bound, beside others that are: lamps smaller than a
+/// pixel, which samples meet by chance.
 const BOUNDED: f64 = 0.98;
 const BOUND: f32 = 4.0;
 
@@ -102,8 +102,8 @@ pub fn bound(truth: &[[f32; 3]]) -> f32 {
     BOUND * values[(BOUNDED * (values.len() - 1) as f64) as usize]
 }
 
-/// Mean of an image's values, none of which counts more than `bound`, and a faint one besides: so that a black view shows leaks as they
-/// are seen.
+/// Mean of an image's values, none of which counts more than `bound`, and a faint one besides: so that a black view
+/// shows leaks as they are seen.
 pub fn level(image: &[[f32; 3]], bound: f32) -> f64 {
     image.iter().flatten().map(|value| f64::from(value.min(bound))).sum::<f64>() / (3 * image.len()) as f64 + FAINT
 }

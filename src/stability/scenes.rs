@@ -61,8 +61,8 @@ pub const ROOM: f64 = 1.0;
 /// The view of [`room`].
 const IN_ROOM: ([f64; 3], [f64; 3]) = ([-0.3, 0.1, 0.95], [0.0, -0.1, 0.0]);
 
-/// A closed room of grey plaster with a red and a green wall and a block on its floor, lit by a point light. The block is
-/// instance 1.
+/// A closed room of grey plaster with a red and a green wall and a block on its floor, lit by a point light. The block
+/// is instance 1.
 pub fn room() -> Stage {
     room_with(|scene| scene.add_light(LightKind::Point, Vec3::splat(2.0), at(0.2, 0.6, 0.1)))
 }
@@ -110,8 +110,8 @@ pub fn divided(thick: f64) -> Stage {
     stage
 }
 
-/// Two rooms without fronts, divided by a wall of such a thickness, whose front edge is seen on edge: a lamp lights the left one,
-/// and no line leads from there into the right one.
+/// Two rooms without fronts, divided by a wall of such a thickness, whose front edge is seen on edge: a lamp lights the
+/// left one, and no line leads from there into the right one.
 pub fn on_edge(thick: f64) -> Stage {
     let mut scene = Scene::empty("two rooms without fronts");
     let grey = add_plaster(&mut scene, [0.7; 3]);
@@ -124,7 +124,8 @@ pub fn on_edge(thick: f64) -> Stage {
     Stage { scene, reach: 1.12, view: views_on_edge()[0] }
 }
 
-/// The views of [`on_edge`]: along the wall, from the dark side and from the lit one; from near and from afar; at a corner of the rooms.
+/// The views of [`on_edge`]: along the wall, from the dark side and from the lit one; from near and from afar; at a
+/// corner of the rooms.
 pub fn views_on_edge() -> [View; 5] {
     [
         view_of([0.0, 0.1, 1.2], [0.0, 0.0, 0.0], 60.0),
@@ -135,8 +136,8 @@ pub fn views_on_edge() -> [View; 5] {
     ]
 }
 
-/// A roof whose sides fall at such an angle, radians, from a ridge at the origin along z; a lamp on the left lights one side, and lies
-/// below the other's plane.
+/// A roof whose sides fall at such an angle, radians, from a ridge at the origin along z; a lamp on the left lights one
+/// side, and lies below the other's plane.
 pub fn roof(slope: f32) -> Stage {
     let mut scene = Scene::empty("a roof");
     let grey = add_plaster(&mut scene, [0.7; 3]);
@@ -181,7 +182,8 @@ pub fn fenced(width: f64) -> Stage {
 /// Half the height and the width of the doorway of [`doorway`], metres.
 pub const DOOR: [f32; 2] = [0.4, 0.2];
 
-/// With a wall of 0.1 m with a doorway, and a door of 0.06 m before it, which is the last instance and shut, at such a gap from the wall, m.
+/// With a wall of 0.1 m with a doorway, and a door of 0.06 m before it, which is the last instance and shut, at such a
+/// gap from the wall, m.
 pub fn doorway(gap: f64) -> Stage {
     let (mut stage, grey) = two_rooms();
     let ([high, wide], thick) = (DOOR, 0.05);
@@ -206,9 +208,9 @@ pub fn furnace(albedo: f32) -> Stage {
     Stage { scene, reach: 0.5 * SQRT_2, view: view([0.1, 0.05, 0.3], [-0.2, -0.1, -0.5]) }
 }
 
-/// A wall of such a thickness, red in front and black elsewhere, lit from the front. Half a metre before and behind it white
-/// squares face it; all lines between them go through the wall. The view shows the one behind or, from the other side, the one
-/// in front.
+/// A wall of such a thickness, red in front and black elsewhere, lit from the front. Half a metre before and behind it
+/// white squares face it; all lines between them go through the wall. The view shows the one behind or, from the other
+/// side, the one in front.
 pub fn back_side(thick: f64) -> Stage {
     let mut scene = Scene::empty("back side");
     let [red, black, white] = [[0.8, 0.02, 0.02], [0.0; 3], [0.8; 3]].map(|albedo| add_matte(&mut scene, albedo));
@@ -313,8 +315,8 @@ pub fn standing(kind: &str) -> Stage {
     Stage { view, ..stage }
 }
 
-/// A room under 1024 lamps of 2 cm, which are out of view: each is smaller than a pixel, and the edges of what is seen directly would
-/// be most of the error.
+/// A room under 1024 lamps of 2 cm, which are out of view: each is smaller than a pixel, and the edges of what is seen
+/// directly would be most of the error.
 pub fn thousand_lamps() -> Stage {
     let stage = room_with(|scene| {
         let material = scene.add_material(Material::lamp("lamp", Vec3::splat(5.0)));

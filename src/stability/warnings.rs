@@ -40,8 +40,8 @@ pub fn known_failures(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Set
     found
 }
 
-/// Voxels of the thinnest wall that the boxes show; `None` without such a wall. Nothing is behind what stands at the scene's border.
-/// `bounds`: of the scene.
+/// Voxels of the thinnest wall that the boxes show; `None` without such a wall. Nothing is behind what stands at the
+/// scene's border. `bounds`: of the scene.
 pub fn thinnest(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Settings) -> Option<f64> {
     let voxel_m = Grid::place(bounds, settings).ok()?.voxel_m;
     let thickness = |Part { sides, center, axes, .. }: Part| {

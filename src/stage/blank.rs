@@ -11,8 +11,8 @@ const MOST_BLACK_OF_ALL: f64 = 0.9;
 /// 8-bit codes from here on count as white.
 const WHITE: u8 = 253;
 
-/// A sentence about an image on which nothing, or hardly anything, is to be seen. `exposed`: of an image for a display, how it is
-/// shown, and whether its exposure was chosen automatically.
+/// A sentence about an image on which nothing, or hardly anything, is to be seen. `exposed`: of an image for a display,
+/// how it is shown, and whether its exposure was chosen automatically.
 pub fn why_blank(
     image: &Layers,
     Still { scene, pose, view }: Still,

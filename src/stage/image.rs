@@ -21,8 +21,8 @@ pub struct Image {
     pub notes: Vec<String>,
     /// By the picture's own estimate, the root mean square of its pixels' relative error; not known of a single pass.
     pub noise: Option<f64>,
-    /// The settings that it was rendered with: `image.passes` is as high as the number of passes that were made. A traced picture has
-    /// none.
+    /// The settings that it was rendered with: `image.passes` is as high as the number of passes that were made. A
+    /// traced picture has none.
     pub settings: Option<Settings>,
     /// Metadata of an .exr.
     pub(super) header: Metadata,
@@ -49,8 +49,8 @@ impl Image {
         self.radiance().iter().map(|radiance| self.display.codes(*radiance)).collect()
     }
 
-    /// Compares the picture with its reference: energy, errors, and those of the indirect light by itself if both have the layer
-    /// `direct`; `docs/accuracy.md` has the formulas.
+    /// Compares the picture with its reference: energy, errors, and those of the indirect light by itself if both have
+    /// the layer `direct`; `docs/accuracy.md` has the formulas.
     ///
     /// # Errors
     /// The sizes differ, a picture has no finite pixel, or the reference is black.
@@ -58,8 +58,8 @@ impl Image {
         Ok(compare_files(&self.layers, &reference.layers, [&self.header, &reference.header])?.0)
     }
 
-    /// Writes the picture: by the path's ending a .png or .jpg, exposed and tone-mapped by [`Image::display`], or an .exr of
-    /// linear radiance with all layers. The bytes are those that the command writes.
+    /// Writes the picture: by the path's ending a .png or .jpg, exposed and tone-mapped by [`Image::display`], or an
+    /// .exr of linear radiance with all layers. The bytes are those that the command writes.
     ///
     /// # Errors
     /// The path has another ending, or cannot be written; a .jpg of a picture with transparent pixels.

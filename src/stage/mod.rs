@@ -1,5 +1,6 @@
-//! From a scene to a picture in one call, as `twobounce render` makes it: [`Stage`] says what is seen and lit, [`Staged`] is a scene
-//! made ready for it, [`render`](fn@render) the picture, and [`Refine`] how good it gets. The command line is a user of all of it.
+//! From a scene to a picture in one call, as `twobounce render` makes it: [`Stage`] says what is seen and lit,
+//! [`Staged`] is a scene made ready for it, [`render`](fn@render) the picture, and [`Refine`] how good it gets. The
+//! command line is a user of all of it.
 
 mod blank;
 mod image;

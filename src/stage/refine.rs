@@ -1,4 +1,5 @@
-//! A still image is refined until it is good: passes over it are added until its own estimate of its noise is low enough.
+//! A still image is refined until it is good: passes over it are added until its own estimate of its noise is low
+//! enough.
 
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -15,7 +16,8 @@ use crate::settings::{GatherResolution, Settings};
 const NOISE: f64 = 0.02;
 /// The most passes, where time does not end them before.
 const MOST_PASSES: u32 = 256;
-/// Pixels of the largest image of which every one gathers where it is refined: 200 MB for opaque surfaces, as much for blended ones.
+/// Pixels of the largest image of which every one gathers where it is refined: 200 MB for opaque surfaces, as much for
+/// blended ones.
 const MOST_GATHERED: u64 = 1 << 21;
 /// Work that takes longer is compared with the path tracer's.
 const LONG: Duration = Duration::from_secs(10);
@@ -47,8 +49,8 @@ pub struct Refine {
 }
 
 impl Refine {
-    /// The noise that an image is refined to. A `still` is a single image that is made to be looked at. None where `image.passes` alone
-    /// counts.
+    /// The noise that an image is refined to. A `still` is a single image that is made to be looked at. None where
+    /// `image.passes` alone counts.
     fn goal(&self, still: bool, settings: &Settings) -> Option<f64> {
         match self.noise {
             Some(Noise::Off) => None,
@@ -57,8 +59,9 @@ impl Refine {
         }
     }
 
-    /// The settings for an image that may be refined: then light is gathered at every pixel, unless the resolution was `chosen` or memory
-    /// is `scarce` ([`is_scarce`]). What is gathered for several pixels blurs, and no pass takes that away.
+    /// The settings for an image that may be refined: then light is gathered at every pixel, unless the resolution was
+    /// `chosen` or memory is `scarce` ([`is_scarce`]). What is gathered for several pixels blurs, and no pass takes
+    /// that away.
     #[must_use]
     pub fn fitted(&self, settings: Settings, chosen: bool, still: bool, scarce: bool) -> Settings {
         let mut fitted = settings;
@@ -105,7 +108,8 @@ impl Refinement {
         Self { file: Some(file), ..self }
     }
 
-    /// Renders an image, and adds passes to it until it is good. `tell` is asked before each of these: its error ends the work.
+    /// Renders an image, and adds passes to it until it is good. `tell` is asked before each of these: its error ends
+    /// the work.
     ///
     /// # Errors
     /// As for [`Renderer::render`], and that of `tell`.

@@ -62,8 +62,8 @@ pub struct Options {
     pub cancel: Option<Arc<AtomicBool>>,
     /// Those of the preset `balanced` by default. [`Options::set`] changes a key by its name.
     pub settings: Settings,
-    /// Whether light is gathered where `image.gather_resolution` of the settings says, also for a picture that is refined; else that
-    /// gathers at every pixel.
+    /// Whether light is gathered where `image.gather_resolution` of the settings says, also for a picture that is
+    /// refined; else that gathers at every pixel.
     pub keeps_resolution: bool,
 }
 
@@ -139,13 +139,13 @@ impl Options {
     }
 }
 
-/// Renders a scene as `twobounce render` does: seen through its first camera or framed, with a default light where it has none,
-/// refined until its noise is low, on a device that is opened here unless [`Options::context`] names one. The same scene and options give
-/// the same bits on the same device, as long as time does not end the work.
+/// Renders a scene as `twobounce render` does: seen through its first camera or framed, with a default light where it
+/// has none, refined until its noise is low, on a device that is opened here unless [`Options::context`] names one. The
+/// same scene and options give the same bits on the same device, as long as time does not end the work.
 ///
 /// # Errors
-/// [`Error::Usage`] for options or a scene that make no sense, [`Error::Memory`] for what does not fit the device, [`Error::Device`]
-/// where none is found or it fails, [`Error::Interrupted`] by [`Options::cancel`].
+/// [`Error::Usage`] for options or a scene that make no sense, [`Error::Memory`] for what does not fit the device,
+/// [`Error::Device`] where none is found or it fails, [`Error::Interrupted`] by [`Options::cancel`].
 pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
     let began = Instant::now();
     options.check()?;
@@ -233,7 +233,8 @@ pub fn check_size(context: &Context, (width, height): (u32, u32)) -> Result<()> 
     Ok(())
 }
 
-/// Sentences about what the method and the settings are known to fail at in this scene, and what of its materials is approximated.
+/// Sentences about what the method and the settings are known to fail at in this scene, and what of its materials is
+/// approximated.
 pub fn known_limits(staged: &Staged, settings: &Settings) -> Vec<String> {
     let (scene, (pose, _)) = (&staged.scene, &staged.still);
     let failures = known_failures(scene, pose, staged.bounds(), settings);

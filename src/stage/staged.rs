@@ -215,7 +215,8 @@ impl Shot {
         }
     }
 
-    /// The camera at [`Stage::time_s`]: one that stands still asks for no pose, which of millions of instances is large.
+    /// The camera at [`Stage::time_s`]: one that stands still asks for no pose, which of millions of instances is
+    /// large.
     fn first_view(&self, scene: &Scene) -> View {
         match self.camera {
             Camera::Fixed(view) => view,

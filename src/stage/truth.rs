@@ -34,9 +34,9 @@ impl Default for PathTracing {
     }
 }
 
-/// Traces the truth that [`render`](fn@super::render) is held against, on the CPU: an unbiased picture of the same scene. Of `options`
-/// those count that say what is seen and shown: size, stage, layers, transparency, tone, exposure, and what cancels the work.
-/// `progress` is told of paths, now and then and from any thread.
+/// Traces the truth that [`render`](fn@super::render) is held against, on the CPU: an unbiased picture of the same
+/// scene. Of `options` those count that say what is seen and shown: size, stage, layers, transparency, tone, exposure,
+/// and what cancels the work. `progress` is told of paths, now and then and from any thread.
 ///
 /// # Errors
 /// As for [`render`](fn@super::render), without a device.

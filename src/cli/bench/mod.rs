@@ -34,8 +34,8 @@ pub struct BenchArgs {
     /// Stop after this many minutes of measuring, references not counted; the same command continues later
     #[arg(long, value_name = "M", value_parser = minutes)]
     pub budget_minutes: Option<Duration>,
-    /// Root mean square of the references' relative error, in the end: the first rows are compared with rough ones, whose noise
-    /// bars show, then errors are refined in rounds. `reference --noise` makes the same ones
+    /// Root mean square of the references' relative error, in the end: the first rows are compared with rough ones,
+    /// whose noise bars show, then errors are refined in rounds. `reference --noise` makes the same ones
     #[arg(long, value_name = "PERCENT", default_value = "1", value_parser = percent)]
     pub reference_noise: f64,
     #[command(flatten)]
@@ -119,8 +119,8 @@ impl BenchArgs {
 }
 
 impl Bench<'_> {
-    /// Measures the missing rows and writes the folder's files; says what is still missing. `further` writes a page of its own from
-    /// the chart, as often as the others are written, and says where.
+    /// Measures the missing rows and writes the folder's files; says what is still missing. `further` writes a page of
+    /// its own from the chart, as often as the others are written, and says where.
     pub fn run(&self, further: impl Fn(&Chart) -> Result<Option<PathBuf>>) -> anyhow::Result<ExitCode> {
         out::be_quiet(self.args.quiet);
         self.scene.check()?;

@@ -100,8 +100,8 @@ impl Filling<'_> {
         Ok(())
     }
 
-    /// Makes a reference as good as the next round asks for, or takes it from the cache: of the first samples, then of less and
-    /// less noise, in the end the one that `reference --noise` makes.
+    /// Makes a reference as good as the next round asks for, or takes it from the cache: of the first samples, then of
+    /// less and less noise, in the end the one that `reference --noise` makes.
     fn next_reference(&mut self, scene: usize, depth: Depth) -> Result<()> {
         let (scene, last) = (&mut self.scenes[scene], self.bench.args.reference_noise);
         let noise = scene.noise(depth).map_or(f64::INFINITY, |now| now / STEP);
@@ -121,8 +121,8 @@ impl Filling<'_> {
         Ok(())
     }
 
-    /// Refines references and the errors of the rows that are compared with them, in rounds, until they are as good as asked for.
-    /// Times are not measured again.
+    /// Refines references and the errors of the rows that are compared with them, in rounds, until they are as good as
+    /// asked for. Times are not measured again.
     pub(super) fn refine(&mut self, pages: &mut Pages) -> Result<()> {
         for index in 0..self.rows.len() {
             if self.is_unsettled(index) {
@@ -181,8 +181,8 @@ impl Filling<'_> {
         rough.into_iter().map(|(_, scene, depth)| (scene, depth)).collect()
     }
 
-    /// Compares the image of an unsettled row with the references of now, where one has less noise than before. A row whose image
-    /// is gone is measured by the next call.
+    /// Compares the image of an unsettled row with the references of now, where one has less noise than before. A row
+    /// whose image is gone is measured by the next call.
     fn judge_again(&mut self, index: usize) -> Result<()> {
         let (scene, depths) = self.depths(index);
         let scene = &self.scenes[scene];

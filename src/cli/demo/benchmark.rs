@@ -49,7 +49,8 @@ struct Report {
     settings: Settings,
 }
 
-/// Renders the sequence without writing it. The frames to warm up are its end, from which it begins anew: something moves in each.
+/// Renders the sequence without writing it. The frames to warm up are its end, from which it begins anew: something
+/// moves in each.
 pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     outputs::check(&[args.settings.config.as_ref()], &[args.json.as_ref()])?;

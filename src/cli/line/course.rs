@@ -1,4 +1,5 @@
-//! How long a frame still takes, and those of its run that come after it. What comes after the light is known: the passes over the image, band after band of rows.
+//! How long a frame still takes, and those of its run that come after it. What comes after the light is known: the
+//! passes over the image, band after band of rows.
 
 use std::time::{Duration, Instant};
 
@@ -74,8 +75,8 @@ impl Course {
         shown.then(|| format!(" {} of {all}", (self.image * self.bands + self.band + 1).min(all)))
     }
 
-    /// How long it and those after it still take if bands and frames take as long as those before, and whether something comes besides
-    /// that is not known yet; unknown before the image.
+    /// How long it and those after it still take if bands and frames take as long as those before, and whether
+    /// something comes besides that is not known yet; unknown before the image.
     pub fn left(&self, now: Instant) -> Option<(Duration, bool)> {
         let limit = self.until.map(|until| until.saturating_duration_since(now));
         if self.open {

@@ -1,6 +1,6 @@
-//! News of other threads: frames, answers to questions, how far a frame is from the truth, GLSL that was compiled anew. Devices that were
-//! lost, the window's own and the one that makes frames, are opened anew: a driver that was reset gives up every device at once. One that
-//! is lost again soon is not.
+//! News of other threads: frames, answers to questions, how far a frame is from the truth, GLSL that was compiled anew.
+//! Devices that were lost, the window's own and the one that makes frames, are opened anew: a driver that was reset
+//! gives up every device at once. One that is lost again soon is not.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};

@@ -1,5 +1,5 @@
-//! How frames are made: coarse ones while something moves; at rest whole ones, which go on to get better. What there is meanwhile is
-//! shown: the light of all bounces while it settles, and the mean over passes of the image.
+//! How frames are made: coarse ones while something moves; at rest whole ones, which go on to get better. What there is
+//! meanwhile is shown: the light of all bounces while it settles, and the mean over passes of the image.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -62,9 +62,9 @@ impl Makers {
         self.tell(News::Frame);
     }
 
-    /// Makes what a job asks for, and tells of it each time that it is better than before. At rest the light is brought as far as
-    /// `render` brings it; then comes the image of one pass, and then the mean over passes: as many as the settings ask for, then as
-    /// many as the job does.
+    /// Makes what a job asks for, and tells of it each time that it is better than before. At rest the light is brought
+    /// as far as `render` brings it; then comes the image of one pass, and then the mean over passes: as many as the
+    /// settings ask for, then as many as the job does.
     ///
     /// # Errors
     /// As [`Renderer::render`]; [`Error::Interrupted`] once another picture is wanted.
@@ -284,7 +284,8 @@ struct Maker {
 }
 
 impl Maker {
-    /// Changes to what a job asks for. At rest, light of another moment is forgotten: the picture is to be the one that `render` makes.
+    /// Changes to what a job asks for. At rest, light of another moment is forgotten: the picture is to be the one that
+    /// `render` makes.
     fn prepare(&mut self, job: &Job, settings: &Settings, divisor: u32) -> Result<()> {
         let size = ((job.size.0 / divisor).max(1), (job.size.1 / divisor).max(1));
         let (made_settings, made_size, layer) = &self.made_for;

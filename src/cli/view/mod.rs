@@ -1,8 +1,8 @@
-//! `twobounce view`: a scene in a window. [`worker`] makes frames of each [`job`] on a thread, as [`maker`] says, [`answers`] takes them,
-//! [`mod@picture`] is what of them is on the [`screen`], [`panel`] has the settings and [`times`], [`overlay`] lines over the picture.
-//! [`subject`] is what is open, [`eye`] what keys and mouse move, [`events`] what they do; [`layer`] is what of a frame is shown, [`beside`]
-//! other settings next to it, [`truth`] the path tracer beside, [`question`] what else is asked of the thread. [`script`] plays a user
-//! for tests.
+//! `twobounce view`: a scene in a window. [`worker`] makes frames of each [`job`] on a thread, as [`maker`] says,
+//! [`answers`] takes them, [`mod@picture`] is what of them is on the [`screen`], [`panel`] has the settings and
+//! [`times`], [`overlay`] lines over the picture. [`subject`] is what is open, [`eye`] what keys and mouse move,
+//! [`events`] what they do; [`layer`] is what of a frame is shown, [`beside`] other settings next to it, [`truth`] the
+//! path tracer beside, [`question`] what else is asked of the thread. [`script`] plays a user for tests.
 
 mod answers;
 mod beside;
@@ -104,8 +104,8 @@ const WAYS: [(KeyCode, DVec3); 6] = [
 pub const KEYS: &str = "W A S D, Q E  move\nleft button  look about\nright button  rays of a pixel\nmiddle, or Alt and left  orbit\nwheel  speed\nF  frame the scene\n\
 Space  play or pause\nR  read the scene's file again; a file dropped here is shown instead\nC  print the command of this picture\nP  save it as PNG and EXR\nTab  panel\nEsc  close";
 
-/// Opens the window, and stays until it is closed. `typed`: scene and flags, as `render` takes them too; `instead`: what to use
-/// where there is no window.
+/// Opens the window, and stays until it is closed. `typed`: scene and flags, as `render` takes them too; `instead`:
+/// what to use where there is no window.
 pub fn run(args: &ViewArgs, typed: Vec<String>, instead: &str) -> anyhow::Result<ExitCode> {
     show(args, typed).map_err(|error| match error.downcast::<NoWindow>() {
         Ok(NoWindow(why)) => anyhow!("no window can be opened ({why}): use {instead}"),

@@ -15,8 +15,8 @@ use super::truth::Truth;
 /// Seconds that each of two pictures is shown by turns.
 const FLICKER_S: f64 = 0.5;
 
-/// The picture on the screen, of a frame: how far it is faded to the reference, that one's samples, and how it is shown with
-/// what is beside.
+/// The picture on the screen, of a frame: how far it is faded to the reference, that one's samples, and how it is shown
+/// with what is beside.
 pub type Mixed = (f32, Option<u32>, Mixing);
 
 impl App {

@@ -39,7 +39,8 @@ pub struct Ray {
 pub struct Cost {
     pub value: String,
     pub is_now: bool,
-    /// Milliseconds of device time for a frame whose lists, light and image are all made anew, and bytes of device memory; or why not.
+    /// Milliseconds of device time for a frame whose lists, light and image are all made anew, and bytes of device
+    /// memory; or why not.
     pub taken: std::result::Result<(f64, u64), String>,
 }
 

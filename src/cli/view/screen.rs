@@ -1,5 +1,6 @@
-//! The window's contents, shown by a device of its own: the picture, scaled to the window, and the panel over it, drawn on a canvas that is
-//! copied to the swapchain's next image. Frames are made by another device, so that the window answers while they are.
+//! The window's contents, shown by a device of its own: the picture, scaled to the window, and the panel over it, drawn
+//! on a canvas that is copied to the swapchain's next image. Frames are made by another device, so that the window
+//! answers while they are.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -208,8 +209,9 @@ impl Screen {
         upload_image(context, &self.picture, ImageRegion::level(&self.picture, 0), &picture.rgba)
     }
 
-    /// Shows the picture, scaled to the whole window, and the panel over it; waits until the device is done. With `grab`, returns
-    /// what the swapchain's image then holds. `None`: the window shows nothing now, or changed its size.
+    /// Shows the picture, scaled to the whole window, and the panel over it; waits until the device is done. With
+    /// `grab`, returns what the swapchain's image then holds. `None`: the window shows nothing now, or changed its
+    /// size.
     pub fn draw(&mut self, overlay: &Overlay, grab: bool) -> anyhow::Result<Option<Picture>> {
         for (id, deltas) in &overlay.textures.set {
             for delta in deltas {

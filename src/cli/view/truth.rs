@@ -1,4 +1,5 @@
-//! The error of what is shown: the path tracer runs beside it, on what is seen, and both are compared again as samples come in.
+//! The error of what is shown: the path tracer runs beside it, on what is seen, and both are compared again as samples
+//! come in.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,4 +1,5 @@
-//! The thread that makes frames: the newest job wins, and a frame at rest ends early for it. [`super::maker`] says how they are made.
+//! The thread that makes frames: the newest job wins, and a frame at rest ends early for it. [`super::maker`] says how
+//! they are made.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
@@ -28,7 +29,8 @@ pub struct Shared {
 pub struct State {
     /// The newest: a frame of it is asked for instead of any before.
     pub job: Option<Job>,
-    /// Of a job by its revision: the newest frame, or why there is none. A window that is slow to take frames misses those before.
+    /// Of a job by its revision: the newest frame, or why there is none. A window that is slow to take frames misses
+    /// those before.
     pub frame: Option<(u64, std::result::Result<Frame, String>)>,
     /// Asked between frames.
     pub question: Option<Question>,

@@ -1,5 +1,5 @@
-//! Passes 2c and 4c, mips: level by level, six directional preintegrations and one plain average. Layered: all cells of a level,
-//! one triangle over the screen per slice. Cells: `src/ground/cell_passes.rs`, the parents of occupied cells.
+//! Passes 2c and 4c, mips: level by level, six directional preintegrations and one plain average. Layered: all cells of
+//! a level, one triangle over the screen per slice. Cells: `src/ground/cell_passes.rs`, the parents of occupied cells.
 //! Reads: level k − 1. Writes: level k. Twin: `tests/twins/mips.rs`.
 
 use std::sync::Arc;

@@ -1,7 +1,7 @@
-//! Passes 2b and 4b, shade: each voxel shades its list into seven faces. Layered: one triangle over the screen per slice. Cells:
-//! `src/ground/cell_passes.rs`, a thread per item of the lists, then one per occupied voxel.
-//! Reads: lists, triangles, materials, lights, lamps; 4b the first bounce's volume.
-//! Writes: level 0 of a volume, premultiplied stored radiance. Twin of the fill: `tests/twins/shade.rs`.
+//! Passes 2b and 4b, shade: each voxel shades its list into seven faces. Layered: one triangle over the screen per
+//! slice. Cells: `src/ground/cell_passes.rs`, a thread per item of the lists, then one per occupied voxel. Reads:
+//! lists, triangles, materials, lights, lamps; 4b the first bounce's volume. Writes: level 0 of a volume, premultiplied
+//! stored radiance. Twin of the fill: `tests/twins/shade.rs`.
 
 use std::sync::Arc;
 

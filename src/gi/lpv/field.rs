@@ -52,7 +52,8 @@ impl Field {
         Ok(Self { parts, sampler: Sampler::new(context, Filter::NEAREST, SamplerAddressMode::CLAMP_TO_EDGE)? })
     }
 
-    /// To be read cell by cell, as an array of that name and length; what it has more than the field has is its last part again.
+    /// To be read cell by cell, as an array of that name and length; what it has more than the field has is its last
+    /// part again.
     pub fn read<'a>(&'a self, name: &'a str, length: usize) -> Bind<'a> {
         let last = self.parts.len() - 1;
         Bind::images(name, (0..length).map(|part| self.parts[part.min(last)].view()), &self.sampler)

@@ -1,7 +1,9 @@
-//! Light propagation volumes: surfaces become virtual point lights in a coarse grid, whose light travels from cell to cell.
+//! Light propagation volumes: surfaces become virtual point lights in a coarse grid, whose light travels from cell to
+//! cell.
 //!
-//! Kaplanyan and Dachsbacher, "Cascaded Light Propagation Volumes for Real-Time Indirect Illumination", 2010; the steps as in
-//! Doghramachi, "Rasterized Voxel-Based Dynamic Global Illumination", GPU Pro 4, listing 7.3. `docs/notes/lpv.md` says what differs.
+//! Kaplanyan and Dachsbacher, "Cascaded Light Propagation Volumes for Real-Time Indirect Illumination", 2010; the steps
+//! as in Doghramachi, "Rasterized Voxel-Based Dynamic Global Illumination", GPU Pro 4, listing 7.3. `docs/notes/lpv.md`
+//! says what differs.
 
 mod cascades;
 mod field;

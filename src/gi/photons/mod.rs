@@ -1,10 +1,10 @@
 //! Voxel cone tracing derived from photon mapping: one file per pass.
 //!
-//! The source is a set of notes ("VCT (Voxel Cone Tracing)") that take a voxel for a photon: `docs/notes/photons.md` lists what of
-//! them is wrong or open, and what is done instead. Samples of a multisampled raster say which voxels a triangle fills,
-//! and how much of each; every list item is lit; a voxel sums up what its items send in sixteen directions, and how
-//! much they stand in the way. Cones are drawn by the BRDF, each as wide as its share of it, and go through the volume
-//! in spheres that touch.
+//! The source is a set of notes ("VCT (Voxel Cone Tracing)") that take a voxel for a photon: `docs/notes/photons.md`
+//! lists what of them is wrong or open, and what is done instead. Samples of a multisampled raster say which voxels a
+//! triangle fills, and how much of each; every list item is lit; a voxel sums up what its items send in sixteen
+//! directions, and how much they stand in the way. Cones are drawn by the BRDF, each as wide as its share of it, and go
+//! through the volume in spheres that touch.
 
 pub mod constants;
 pub mod cover;
@@ -29,9 +29,10 @@ pub const PASS_UNITS: &[(&str, PassUnit)] =
 /// Of fill and mips: the map of what is sent, and opacity. `tests/device/passes_photons.rs` holds both.
 const PARTS: &[&str] = &["", " OPACITY"];
 
-/// The light that every voxel sends in sixteen directions, a texel of an octahedral map each: stored radiance times the area that faces the
-/// direction, and that area, over a voxel's face. Every level of the map is 4 × 4 blocks of the level's grid. Beside it the opacity that
-/// travellers along +x +y +z meet, with the share of samples, and that of travellers along −x −y −z.
+/// The light that every voxel sends in sixteen directions, a texel of an octahedral map each: stored radiance times the
+/// area that faces the direction, and that area, over a voxel's face. Every level of the map is 4 × 4 blocks of the
+/// level's grid. Beside it the opacity that travellers along +x +y +z meet, with the share of samples, and that of
+/// travellers along −x −y −z.
 pub const PHOTON_VOLUME: VolumeKind = VolumeKind {
     labels: ["first bounce's", "second bounce's"],
     rows: ["first bounce's photons", "second bounce's photons"],

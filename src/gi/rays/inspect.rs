@@ -34,7 +34,8 @@ pub struct Inspect {
     scale: u32,
 }
 
-/// A ray along which diffuse light was gathered. Positions in voxels of the base grid, radiance as stored: `Frame::scale` times it.
+/// A ray along which diffuse light was gathered. Positions in voxels of the base grid, radiance as stored:
+/// `Frame::scale` times it.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct InspectedRay {
@@ -74,8 +75,8 @@ impl Inspect {
         Ok(made)
     }
 
-    /// Per pixel of the last frame's view: the radiance that is kept for the surface there, as stored, and 1 + which of the lists'
-    /// items keeps it; 0 where none does.
+    /// Per pixel of the last frame's view: the radiance that is kept for the surface there, as stored, and 1 + which of
+    /// the lists' items keeps it; 0 where none does.
     ///
     /// # Errors
     /// Too little memory, or a lost device.

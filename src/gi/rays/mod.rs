@@ -1,9 +1,10 @@
 //! Exact rays that find what list items send.
 //!
-//! Every list item is lit, one for all that are alike. A ray that hits a triangle reads the light of the item that stands for
-//! it where it was hit, front or back: no volume stands between, so nothing mixes through a wall. For a second bounce items
-//! gather along rays themselves. With all bounces each pass gathers what the one before left; once that has settled, rays go
-//! other ways in every pass, items are lit at other points, and the mean of the passes is the light.
+//! Every list item is lit, one for all that are alike. A ray that hits a triangle reads the light of the item that
+//! stands for it where it was hit, front or back: no volume stands between, so nothing mixes through a wall. For a
+//! second bounce items gather along rays themselves. With all bounces each pass gathers what the one before left; once
+//! that has settled, rays go other ways in every pass, items are lit at other points, and the mean of the passes is the
+//! light.
 
 pub mod inspect;
 
@@ -171,8 +172,8 @@ impl Gi for Lighting {
 }
 
 impl Lighting {
-    /// The light and the lobes of the bounce before, which items gather. Passes with feedback read what the pass before left while
-    /// they write their own; without feedback no pass reads the lobes and writes them.
+    /// The light and the lobes of the bounce before, which items gather. Passes with feedback read what the pass before
+    /// left while they write their own; without feedback no pass reads the lobes and writes them.
     fn gathered<'a>(&self, ground: &'a Ground) -> [Bind<'a>; 2] {
         let lists = ground.base();
         let lobes = if self.feedback.is_some() { &lists.seen_lobes } else { &lists.item_lobes };
@@ -199,8 +200,8 @@ impl Lighting {
         lists.cells.light_items(r, &light.pipeline, binds, entry);
     }
 
-    /// Lights the items of the lists. Reads: lists, triangles, materials, lights, lamps, kept direct light, the light of the bounce
-    /// before. Writes: item lights, kept direct light.
+    /// Lights the items of the lists. Reads: lists, triangles, materials, lights, lamps, kept direct light, the light
+    /// of the bounce before. Writes: item lights, kept direct light.
     fn light(&self, r: &mut Recorder, ground: &Ground, pass: &Light) {
         let lists = ground.base();
         r.zone(pass.label, ZoneKind::Compute, lists.item_lights.bytes(), |r| {

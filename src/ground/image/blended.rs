@@ -1,6 +1,6 @@
-//! Blended surfaces: a list of samples per pixel, as the talk has a list of triangles per voxel, made into fragments that are sorted
-//! and shaded as opaque ones are. The pass resolve composites them.
-//! Reads: blended triangles, depth, materials, the method's light. Writes: lists, and what each fragment shows.
+//! Blended surfaces: a list of samples per pixel, as the talk has a list of triangles per voxel, made into fragments
+//! that are sorted and shaded as opaque ones are. The pass resolve composites them. Reads: blended triangles, depth,
+//! materials, the method's light. Writes: lists, and what each fragment shows.
 
 use std::sync::Arc;
 
@@ -88,7 +88,8 @@ impl Blended {
         Ok(())
     }
 
-    /// Lists, sorts and shades what is seen of the blended triangles. `visibility`: what opaque surfaces hide. `binds`: of the shader.
+    /// Lists, sorts and shades what is seen of the blended triangles. `visibility`: what opaque surfaces hide. `binds`:
+    /// of the shader.
     pub fn record(&self, r: &mut Recorder, of: &BandFrame, visibility: &Visibility, binds: &[Bind<'_>]) {
         let ground = of.ground();
         empty(r, &self.list);

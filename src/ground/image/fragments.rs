@@ -1,5 +1,5 @@
-//! Fragments: each triangle of a pixel, in a list, so that one is shaded beside another wherever they lie in the image. A rasteriser
-//! shades squares of pixels of one triangle each, and among small triangles most of a square is empty.
+//! Fragments: each triangle of a pixel, in a list, so that one is shaded beside another wherever they lie in the image.
+//! A rasteriser shades squares of pixels of one triangle each, and among small triangles most of a square is empty.
 //! Reads: triangles that are seen, materials, the method's light. Writes: what each fragment shows.
 
 use std::sync::Arc;

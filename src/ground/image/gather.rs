@@ -1,6 +1,7 @@
-//! Gather, links and share: diffuse light at fewer pixels than the image has, or along directions that differ from pixel to pixel,
-//! then the mean over neighbours on the same surface, where nothing stands between them. The pass image brings it up to its pixels.
-//! Reads: fragments, triangles, lists, the method's light. Writes: gathered light and the surfaces that it belongs to, band by band.
+//! Gather, links and share: diffuse light at fewer pixels than the image has, or along directions that differ from
+//! pixel to pixel, then the mean over neighbours on the same surface, where nothing stands between them. The pass image
+//! brings it up to its pixels. Reads: fragments, triangles, lists, the method's light. Writes: gathered light and the
+//! surfaces that it belongs to, band by band.
 
 use std::sync::Arc;
 
@@ -17,8 +18,8 @@ use crate::vk::{Bind, Compute, ComputeDesc, Context, Format, Image, ImageDesc, I
 
 const LIGHT_FORMAT: Format = Format::R16G16B16A16_SFLOAT;
 const SURFACE_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
-/// The lights that are gathered: what the method looks up, sampled lamps, these in the specular lobe, and what the method looks up in
-/// that. Their names in the passes that gather, share, and read the means over neighbours.
+/// The lights that are gathered: what the method looks up, sampled lamps, these in the specular lobe, and what the
+/// method looks up in that. Their names in the passes that gather, share, and read the means over neighbours.
 const LIGHTS: [[&str; 3]; 4] = [
     ["gathered_light", "light", "shared_light"],
     ["gathered_lamps", "lamps", "shared_lamps"],
@@ -203,8 +204,8 @@ impl Gather {
         }
     }
 
-    /// Gathers for one band of the image. `binds`: fragments of the nearest surfaces, and what the method's look-up binds beside the
-    /// ground.
+    /// Gathers for one band of the image. `binds`: fragments of the nearest surfaces, and what the method's look-up
+    /// binds beside the ground.
     pub fn record<'a>(&'a self, r: &mut Recorder, of: &BandFrame<'a>, nearest: Nearest, mut binds: Vec<Bind<'a>>) {
         let gathered = self.gathered(nearest);
         let (ground, rows, width) = (of.ground(), self.rows(of), self.of.size(of.shape()).0);

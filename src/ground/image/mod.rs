@@ -1,7 +1,7 @@
-//! The image: which triangle every sample sees first; of each triangle in a pixel the samples' direct light and, once, what the method
-//! looks up; blended surfaces over it, back to front. In bands of rows where the whole image would take much memory.
-//! Diffuse light may be gathered before, apart from the image.
-//! Reads: triangles, lists, the method's light. Writes: radiance, f32.
+//! The image: which triangle every sample sees first; of each triangle in a pixel the samples' direct light and, once,
+//! what the method looks up; blended surfaces over it, back to front. In bands of rows where the whole image would take
+//! much memory. Diffuse light may be gathered before, apart from the image. Reads: triangles, lists, the method's
+//! light. Writes: radiance, f32.
 
 mod blended;
 mod drawn;
@@ -143,7 +143,8 @@ impl ImagePass {
         self.asks
     }
 
-    /// `look_up`: what the method's look-up binds; `asked`: what lights the items that a band asks for, where light is made on demand.
+    /// `look_up`: what the method's look-up binds; `asked`: what lights the items that a band asks for, where light is
+    /// made on demand.
     pub fn record(&self, r: &mut Recorder, frame: &ImageFrame, look_up: &[Bind<'_>], asked: Option<&dyn OnDemand>) {
         let (target, shape) = (frame.target, frame.target.shape());
         let timed = shape.bands().count() <= MOST_TIMED_BANDS;
@@ -210,7 +211,8 @@ impl ImagePass {
         }
     }
 
-    /// Bindings of the passes that shade surfaces: the ground's, the method's, and the light gathered for these surfaces.
+    /// Bindings of the passes that shade surfaces: the ground's, the method's, and the light gathered for these
+    /// surfaces.
     fn look_up_binds<'a>(&'a self, ground: &'a Ground, look_up: &[Bind<'a>], of: Nearest) -> Vec<Bind<'a>> {
         let mut binds = ground.image_binds();
         binds.extend_from_slice(look_up);

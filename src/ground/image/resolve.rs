@@ -1,5 +1,5 @@
-//! Resolve: every sample shows the sky, the opaque surface before it, and blended surfaces over both; a pixel the mean of its samples.
-//! Reads: what fragments show, lists. Writes: the image, f32.
+//! Resolve: every sample shows the sky, the opaque surface before it, and blended surfaces over both; a pixel the mean
+//! of its samples. Reads: what fragments show, lists. Writes: the image, f32.
 
 use std::sync::Arc;
 

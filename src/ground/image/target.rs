@@ -1,5 +1,6 @@
-//! The image on the device, its shape and its bands: what has a sample of its own, and fragments, are kept for one band of rows, so
-//! that an image of any size needs bounded memory beside itself. The image stays on the device until a [`Readback`] copies it out.
+//! The image on the device, its shape and its bands: what has a sample of its own, and fragments, are kept for one band
+//! of rows, so that an image of any size needs bounded memory beside itself. The image stays on the device until a
+//! [`Readback`] copies it out.
 
 use std::sync::Arc;
 
@@ -18,18 +19,19 @@ pub const COLOR_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
 pub const DEPTH_FORMAT: Format = Format::D32_SFLOAT;
 const COLOR_BYTES: u64 = 16;
 pub const DEPTH_BYTES: u64 = 4;
-/// Of what a band takes: an image of 3840×2160 with one sample is one, or one of 1920×1080 with four. Each band draws all triangles
-/// anew.
+/// Of what a band takes: an image of 3840×2160 with one sample is one, or one of 1920×1080 with four. Each band draws
+/// all triangles anew.
 const BAND_BYTES: u64 = 256 << 20;
 /// Samples that a band sees at most, and rows: what fits into a binding, and into the place of a fragment.
 const BAND_SAMPLES: u64 = 16_000_000;
 const BAND_ROWS: u64 = 8000;
 
-/// Depth of the sky while it is blended and resolved, as in `glsl/ground/image/resolve.comp`; infinity times zero would be NaN. Read
-/// back as infinity.
+/// Depth of the sky while it is blended and resolved, as in `glsl/ground/image/resolve.comp`; infinity times zero would
+/// be NaN. Read back as infinity.
 pub const FAR: f32 = 1e36;
 
-/// The outputs of the pass image in their order: what each holds, a layer or, channel by channel, several of one number.
+/// The outputs of the pass image in their order: what each holds, a layer or, channel by channel, several of one
+/// number.
 const OUTPUTS: &[&[Aov]] = &[
     &[Aov::Beauty],
     &[Aov::Direct],
@@ -100,7 +102,8 @@ impl ImageShape {
         !self.drawn || self.gathers.is_some()
     }
 
-    /// Kinds of surfaces of which the nearest ones are kept, since light is gathered for each: opaque ones, blended ones.
+    /// Kinds of surfaces of which the nearest ones are kept, since light is gathered for each: opaque ones, blended
+    /// ones.
     pub fn gathered_layers(&self) -> u64 {
         if self.gathers.is_some_and(|gathers| gathers.blended) { 2 } else { 1 }
     }
@@ -166,7 +169,8 @@ impl ImageShape {
     }
 }
 
-/// Sizes of everything that an image is made with. `blended`: room for fragments of blended surfaces, where there are any.
+/// Sizes of everything that an image is made with. `blended`: room for fragments of blended surfaces, where there are
+/// any.
 pub fn plan(shape: &ImageShape, blended: Option<u32>) -> Vec<MemoryRow> {
     let (width, height, bytes) = (u64::from(shape.width), u64::from(shape.height), shape.color_bytes());
     let mut plan = vec![("image", width * height * bytes), visibility::plan(shape)];
@@ -217,7 +221,8 @@ impl ImageTarget {
         &self.images[0]
     }
 
-    /// The whole image that holds `layer`, and which of its channels where it is one number; `None` where it is not made.
+    /// The whole image that holds `layer`, and which of its channels where it is one number; `None` where it is not
+    /// made.
     pub fn layer(&self, layer: Aov) -> Option<(&Image, Option<usize>)> {
         if layer == Aov::Alpha {
             return Some((self.image(), Some(3)));

@@ -1,5 +1,5 @@
-//! A visibility buffer: which triangle every sample of the image sees (Burns and Hunt, "The Visibility Buffer: A Cache-Friendly
-//! Approach to Deferred Shading", JCGT 2013), and how deep.
+//! A visibility buffer: which triangle every sample of the image sees (Burns and Hunt, "The Visibility Buffer: A
+//! Cache-Friendly Approach to Deferred Shading", JCGT 2013), and how deep.
 
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
-//! The trees over all triangles of a scene, made once: over the triangles that no animation moves, and over each instance that moves or
-//! is deformed: then it stands as in its rest pose, and the boxes follow its triangles. Triangles of all meshes stand in one tree, because
-//! meshes lie through one another. Many triangles are cut into parts with a tree each: these are built side by side, and each
-//! fits into a processor's cache.
+//! The trees over all triangles of a scene, made once: over the triangles that no animation moves, and over each
+//! instance that moves or is deformed: then it stands as in its rest pose, and the boxes follow its triangles.
+//! Triangles of all meshes stand in one tree, because meshes lie through one another. Many triangles are cut into parts
+//! with a tree each: these are built side by side, and each fits into a processor's cache.
 
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
@@ -27,8 +27,8 @@ struct Group {
 #[derive(Debug, Default)]
 pub struct SceneTrees {
     groups: Vec<Group>,
-    /// Level by level over all groups, the roots first. They stand behind the tree over the groups and a node per group to which
-    /// ways out of it lead.
+    /// Level by level over all groups, the roots first. They stand behind the tree over the groups and a node per group
+    /// to which ways out of it lead.
     pub nodes: Vec<Node>,
     /// Of these, counted from the first.
     pub levels: Vec<Range<usize>>,
@@ -74,8 +74,8 @@ impl TreesOnce {
         Self { world_from_instance: world_from_instance.to_vec(), made: OnceLock::new() }
     }
 
-    /// The size of the trees of `scene`; before they are made the least that it can be, since they take far longer than a refusal of
-    /// what does not fit.
+    /// The size of the trees of `scene`; before they are made the least that it can be, since they take far longer than
+    /// a refusal of what does not fit.
     pub fn size(&self, scene: &Scene) -> TreeSize {
         let least = || {
             let triangles = scene.triangle_count();
@@ -181,8 +181,8 @@ impl SceneTrees {
         TreeSize { groups: self.groups.len(), nodes: self.nodes.len(), triangles: self.sources.len() }
     }
 
-    /// The tree over all groups and their ways out, for instances that stand at `world_from_instance`. Its leaves are copies of the
-    /// groups' roots.
+    /// The tree over all groups and their ways out, for instances that stand at `world_from_instance`. Its leaves are
+    /// copies of the groups' roots.
     pub fn top(&self, world_from_instance: &[DAffine3]) -> Top {
         let size = self.size();
         let about =
@@ -206,8 +206,8 @@ pub struct Top {
     pub levels: Vec<Range<usize>>,
 }
 
-/// Instances with triangles that keep their places to each other, and whether they move: first all that nothing moves or deforms, then
-/// each other one.
+/// Instances with triangles that keep their places to each other, and whether they move: first all that nothing moves
+/// or deforms, then each other one.
 fn placed_together(scene: &Scene) -> Vec<(Vec<usize>, bool)> {
     let moves = scene.moving_nodes();
     let solid = |&index: &usize| !scene.meshes[scene.instances[index].mesh].indices.is_empty();
@@ -219,7 +219,8 @@ fn placed_together(scene: &Scene) -> Vec<(Vec<usize>, bool)> {
     still.into_iter().chain(moving.into_iter().map(|index| (vec![index], true))).collect()
 }
 
-/// The boxes by number, cut in halves across the longest extent of their centres until no part has more than [`MOST_IN_PART`].
+/// The boxes by number, cut in halves across the longest extent of their centres until no part has more than
+/// [`MOST_IN_PART`].
 fn parts(boxes: &[Corners]) -> Vec<Vec<u32>> {
     let center = |[min, max]: &Corners| (0.5 * (min + max)).as_vec3();
     let mut centers: Vec<(Vec3, u32)> = boxes.par_iter().map(center).zip(0..boxes.len() as u32).collect();

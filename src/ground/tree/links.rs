@@ -1,9 +1,10 @@
 //! Binary trees as words: what a ray needs to go through them without a stack.
 //!
-//! A node has nine words. The first: where its left child stands (1-based; the right one follows) and the axis along which they lie
-//! apart in its two low bits. A leaf: where its primitives stand, in bit 2 whether they are two, and 3. Then for each
-//! octant of directions (bit per axis: the direction is negative) the node after it and all below it, 1-based, 0 at the end: nearer
-//! children come first. (Multiple threaded hierarchies: Hachisuka, "Implementing a Photorealistic Rendering System using GLSL", 2015.)
+//! A node has nine words. The first: where its left child stands (1-based; the right one follows) and the axis along
+//! which they lie apart in its two low bits. A leaf: where its primitives stand, in bit 2 whether they are two, and 3.
+//! Then for each octant of directions (bit per axis: the direction is negative) the node after it and all below it,
+//! 1-based, 0 at the end: nearer children come first. (Multiple threaded hierarchies: Hachisuka, "Implementing a
+//! Photorealistic Rendering System using GLSL", 2015.)
 
 use std::ops::Range;
 use std::time::Duration;
@@ -39,8 +40,8 @@ pub fn left_child(node: &Node) -> Option<usize> {
     (node[0] & 3 != LEAF).then(|| (node[0] >> 2) as usize - 1)
 }
 
-/// The node as it is in a larger tree. `place`: where its children stand there; `end`: what comes after this tree, 1-based;
-/// `primitives`: where the first of all leaves' primitives stand.
+/// The node as it is in a larger tree. `place`: where its children stand there; `end`: what comes after this tree,
+/// 1-based; `primitives`: where the first of all leaves' primitives stand.
 pub fn moved(node: &Node, place: impl Fn(usize) -> usize, end: u32, primitives: usize) -> Node {
     let first = match left_child(node) {
         Some(child) => (place(child) as u32 + 1) << 2 | node[0] & 3,

@@ -1,7 +1,8 @@
-//! Tree: boxes about the recorded triangles, for rays. Which triangles stand together is found once ([`groups`]); only the tree over
-//! the groups is made anew with every record. Boxes are put about the triangles as they were recorded, wherever those have moved.
-//! Reads: triangles, slots. Writes: tree links (of the tree over the groups), tree boxes. Held by `tests/device/passes_tree.rs`.
-//! Where rays are the device's own queries, an acceleration structure takes its place ([`queries`]).
+//! Tree: boxes about the recorded triangles, for rays. Which triangles stand together is found once ([`groups`]); only
+//! the tree over the groups is made anew with every record. Boxes are put about the triangles as they were recorded,
+//! wherever those have moved. Reads: triangles, slots. Writes: tree links (of the tree over the groups), tree boxes.
+//! Held by `tests/device/passes_tree.rs`. Where rays are the device's own queries, an acceleration structure takes its
+//! place ([`queries`]).
 
 pub mod groups;
 pub mod links;
@@ -32,8 +33,8 @@ impl TreeSize {
 }
 
 pub struct Tree {
-    /// Nine words per node: those over the groups, the ways out of the groups, those of the groups; then the sources of the leaves.
-    /// With queries, the sources of the structure's triangles ([`queries::links`]).
+    /// Nine words per node: those over the groups, the ways out of the groups, those of the groups; then the sources of
+    /// the leaves. With queries, the sources of the structure's triangles ([`queries::links`]).
     pub links: Buffer,
     /// Per node.
     pub boxes: Buffer,

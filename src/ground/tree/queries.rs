@@ -1,6 +1,6 @@
-//! Rays as the device's own queries: an acceleration structure over the recorded triangles takes the place of the tree. It is built
-//! anew with every record, wherever the triangles have moved.
-//! Reads: triangles, slots, tree links (here the sources). Writes: query corners, the structure. Held by `tests/device/rays_oracle.rs`.
+//! Rays as the device's own queries: an acceleration structure over the recorded triangles takes the place of the tree.
+//! It is built anew with every record, wherever the triangles have moved. Reads: triangles, slots, tree links (here the
+//! sources). Writes: query corners, the structure. Held by `tests/device/rays_oracle.rs`.
 
 use std::sync::Arc;
 

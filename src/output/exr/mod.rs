@@ -1,6 +1,8 @@
-//! OpenEXR files: linear float32, channels `R G B` for the image, `A` for its coverage, `direct.R` … for further layers; text in the header.
+//! OpenEXR files: linear float32, channels `R G B` for the image, `A` for its coverage, `direct.R` … for further
+//! layers; text in the header.
 //!
-//! Of other programs' files: the first part with colours, luminance and chroma (`subsampled`), primaries that a header states.
+//! Of other programs' files: the first part with colours, luminance and chroma (`subsampled`), primaries that a header
+//! states.
 
 mod subsampled;
 

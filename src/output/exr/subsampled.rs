@@ -1,5 +1,5 @@
-//! Images of which channels have fewer samples than pixels, as luminance and chroma are stored: the crate `exr` unpacks their blocks, and
-//! has no place for what is in them.
+//! Images of which channels have fewer samples than pixels, as luminance and chroma are stored: the crate `exr` unpacks
+//! their blocks, and has no place for what is in them.
 
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -22,8 +22,8 @@ pub fn is_subsampled(header: &Header) -> bool {
     header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1))
 }
 
-/// Reads the part number `index` of a file that stands at its tables of offsets. Channels get a sample for each pixel, linear between
-/// those that are stored.
+/// Reads the part number `index` of a file that stands at its tables of offsets. Channels get a sample for each pixel,
+/// linear between those that are stored.
 pub fn read(mut file: impl Read + Seek, headers: &[Header], index: usize) -> Result<Part> {
     let header = &headers[index];
     let (size, channels) = (header.layer_size, &header.channels.list);

@@ -8,8 +8,8 @@ use gltf::json::{Accessor, Index};
 use super::document::{Document, size};
 use super::draco::Unpacked;
 
-/// Elements that an accessor without a buffer view may declare. All other sizes are limited by the size of the file, so a
-/// damaged file cannot make the loader allocate much more memory than the file has bytes.
+/// Elements that an accessor without a buffer view may declare. All other sizes are limited by the size of the file, so
+/// a damaged file cannot make the loader allocate much more memory than the file has bytes.
 const UNBACKED_ELEMENTS_MAX: usize = 1 << 22;
 
 /// Description of a fault in a file, as a sentence without the file's name.
@@ -83,7 +83,8 @@ pub struct Layout<'a> {
 }
 
 impl<'a> Data<'a> {
-    /// Whether a buffer view has bytes. A buffer without data belongs to an extension, and only that uses the views on it.
+    /// Whether a buffer view has bytes. A buffer without data belongs to an extension, and only that uses the views on
+    /// it.
     pub fn has(&self, view: usize) -> bool {
         let buffer = self.document.buffer_views.get(view).and_then(|view| self.buffers.get(view.buffer.value()));
         self.decoded.get(view).is_some_and(Option::is_some) || buffer.is_some_and(Option::is_some)
@@ -178,8 +179,8 @@ impl<'a> Data<'a> {
         self.base(index, &self.layout(index)?).map(drop)
     }
 
-    /// Accessor `index` as vectors of `N` components that `convert` makes, with sparse substitution. Elements without data are
-    /// zero. Only with `pad` may elements have fewer components; `pad` gives the others.
+    /// Accessor `index` as vectors of `N` components that `convert` makes, with sparse substitution. Elements without
+    /// data are zero. Only with `pad` may elements have fewer components; `pad` gives the others.
     fn vectors<const N: usize, T: Copy + Default>(
         &self,
         index: usize,
@@ -237,8 +238,8 @@ impl<'a> Data<'a> {
         if self.picked.is_some() { picked(&|vertex| Ok(out[vertex])) } else { Ok(out) }
     }
 
-    /// Accessor `index` as vectors of `N` floats; `pad` completes shorter elements. glTF 2.0, 3.6.2.2 and 3.11: normalised
-    /// signed integers are clamped at −1.
+    /// Accessor `index` as vectors of `N` floats; `pad` completes shorter elements. glTF 2.0, 3.6.2.2 and 3.11:
+    /// normalised signed integers are clamped at −1.
     pub fn floats<const N: usize>(&self, index: usize, pad: Option<[f32; N]>) -> Result<Vec<[f32; N]>, Problem> {
         self.vectors(index, pad, |layout, bytes| {
             let (value, one) = number(layout.component, bytes);

@@ -1,4 +1,5 @@
-//! Animation channels of node transforms and of morph targets' weights. Those of other properties are left out with a warning.
+//! Animation channels of node transforms and of morph targets' weights. Those of other properties are left out with a
+//! warning.
 
 use std::collections::HashMap;
 

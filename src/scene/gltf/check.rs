@@ -1,5 +1,5 @@
-//! Checks the whole document before anything is loaded, including objects that the scene does not use: a file with an index
-//! out of range or a view past the end of its buffer is damaged.
+//! Checks the whole document before anything is loaded, including objects that the scene does not use: a file with an
+//! index out of range or a view past the end of its buffer is damaged.
 
 use std::collections::BTreeSet;
 

@@ -105,8 +105,9 @@ fn parts(path: &Path, whole: Part, need: &mut Need) -> Result<Container, Error> 
     Ok(Container { json, binary: None })
 }
 
-/// Appends the next `count` bytes up to a zero, which is in no text, and goes to the end of them: a hole on the disk has gigabytes of
-/// zeros. Some exporters fill up the end with zeros, which are left out; what stands behind one is kept for the parser to refuse.
+/// Appends the next `count` bytes up to a zero, which is in no text, and goes to the end of them: a hole on the disk
+/// has gigabytes of zeros. Some exporters fill up the end with zeros, which are left out; what stands behind one is
+/// kept for the parser to refuse.
 fn text(file: &mut dyn Content, count: u64, text: &mut Vec<u8>) -> std::io::Result<()> {
     const PART: u64 = 1 << 20;
     let (mut left, mut from) = (count, text.len());
@@ -125,8 +126,8 @@ fn text(file: &mut dyn Content, count: u64, text: &mut Vec<u8>) -> std::io::Resu
     file.seek_relative(left as i64)
 }
 
-/// The bytes of a regular file; `None` where there is none. Others are refused before they are opened: a pipe may never say anything,
-/// and a device never end.
+/// The bytes of a regular file; `None` where there is none. Others are refused before they are opened: a pipe may never
+/// say anything, and a device never end.
 fn length_of(path: &Path) -> Result<Option<u64>, Problem> {
     match std::fs::metadata(path) {
         Ok(found) if found.is_file() => Ok(Some(found.len())),
@@ -191,7 +192,8 @@ fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<C
     Ok(Container { json, binary: None })
 }
 
-/// The bytes of a buffer or an image. Files are opened when they are read: a scene may have more than a process may open.
+/// The bytes of a buffer or an image. Files are opened when they are read: a scene may have more than a process may
+/// open.
 pub enum Source {
     File {
         path: PathBuf,
@@ -282,7 +284,8 @@ pub fn inline(uri: &str) -> Option<&str> {
     scheme.eq_ignore_ascii_case("data").then_some(rest)
 }
 
-/// Finds what `uri` names: bytes in the URI itself, or a file of one of the folders. `what` ("buffer 3") is for messages.
+/// Finds what `uri` names: bytes in the URI itself, or a file of one of the folders. `what` ("buffer 3") is for
+/// messages.
 pub fn find(folders: Folders, what: &str, uri: &str) -> Result<Source, Problem> {
     let refuse = |problem: &str| Err(format!("{what}: {problem}"));
     if let Some(data) = inline(uri) {

@@ -1,5 +1,5 @@
-//! Skins and morph targets of primitives. What no animation changes is applied once: weights of morph targets, where none sets
-//! them. The others become a [`Deform`] of the mesh.
+//! Skins and morph targets of primitives. What no animation changes is applied once: weights of morph targets, where
+//! none sets them. The others become a [`Deform`] of the mesh.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -142,7 +142,8 @@ fn offsets(source: &Source, name: &str, accessor: &Index<Accessor>) -> Result<Ve
     }
 }
 
-/// Influences of all sets, as many for each vertex as the one with the most has. `own`: the joint that stands for the node itself.
+/// Influences of all sets, as many for each vertex as the one with the most has. `own`: the joint that stands for the
+/// node itself.
 fn skin(source: &Source, own: u32, deform: &mut Deform) -> Result<(), Problem> {
     let (data, what) = (source.data, &source.what);
     let mut of_vertices: Vec<Vec<(u32, f32)>> = vec![Vec::new(); source.count];

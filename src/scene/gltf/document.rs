@@ -1,7 +1,7 @@
 //! The glTF document: JSON types of the `gltf` crate, without its validation, and own types where those do not fit.
 //!
-//! The crate's `Root` is not used: its node transforms are f32 (a node at 10 000 000.25 m would move), and it refuses scenes
-//! without nodes and animation channels without a target. Its validation refuses quantised meshes.
+//! The crate's `Root` is not used: its node transforms are f32 (a node at 10 000 000.25 m would move), and it refuses
+//! scenes without nodes and animation channels without a target. Its validation refuses quantised meshes.
 
 use std::fmt;
 use std::marker::PhantomData;

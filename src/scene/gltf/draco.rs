@@ -1,7 +1,7 @@
 //! KHR_draco_mesh_compression: primitives whose vertices and triangles are one Draco stream.
 //!
-//! The crate `draco-core` decodes it: Rust without unsafe code, with limits on what a stream may become. These are set to what the
-//! glTF accessors state, which [`super::need`] has counted before.
+//! The crate `draco-core` decodes it: Rust without unsafe code, with limits on what a stream may become. These are set
+//! to what the glTF accessors state, which [`super::need`] has counted before.
 
 use std::collections::BTreeMap;
 
@@ -62,8 +62,8 @@ pub fn bytes(document: &Document, primitive: &Primitive) -> u64 {
     position.map_or(0, |position| size(position.count) as u64).saturating_mul(each)
 }
 
-/// Decodes a primitive; `None` if it is not compressed. `what` ("mesh 3 primitive 0") is for messages.
-/// The error is a sentence, for damaged streams and for streams that hold other vertices or triangles than the accessors state.
+/// Decodes a primitive; `None` if it is not compressed. `what` ("mesh 3 primitive 0") is for messages. The error is a
+/// sentence, for damaged streams and for streams that hold other vertices or triangles than the accessors state.
 pub fn unpack(data: &Data, primitive: &Primitive, what: &str) -> Result<Option<Unpacked>, Problem> {
     let Some(stated) = primitive.extensions.as_ref().and_then(|e| e.others.get(NAME)) else { return Ok(None) };
     let compressed = Compressed::deserialize(stated).map_err(|e| {

@@ -1,5 +1,5 @@
-//! The extensions of materials for which the `gltf` crate has no types: clearcoat, sheen, anisotropy, iridescence, diffuse
-//! transmission, dispersion. What changes nothing is dropped with its textures.
+//! The extensions of materials for which the `gltf` crate has no types: clearcoat, sheen, anisotropy, iridescence,
+//! diffuse transmission, dispersion. What changes nothing is dropped with its textures.
 
 use glam::Vec3;
 use gltf::json::material::NormalTexture;

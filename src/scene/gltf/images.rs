@@ -22,14 +22,14 @@ use crate::memory::apart;
 use crate::scene::texture::{ColorSpace, MipChain};
 use crate::scene::{Image, Material, Mip, Scene, Texture, TextureRef, Wrap};
 
-/// Limits of an image: its longest side in texels, and what a decoder may take, 8 bytes for every texel and what else a file
-/// holds: profiles of colours have some megabytes at most.
+/// Limits of an image: its longest side in texels, and what a decoder may take, 8 bytes for every texel and what else a
+/// file holds: profiles of colours have some megabytes at most.
 const SIDE_MAX: u32 = 16384;
 const BYTES_MAX: u64 = TEXEL_MAX * (SIDE_MAX as u64) * (SIDE_MAX as u64);
 const TEXEL_MAX: u64 = 8;
 const OTHER_MAX: u64 = 16 << 20;
-/// Texels that a byte of a file holds at most: PNG has 8 in a byte, of which deflate makes 1032 of one; JPEG has 64 in a block,
-/// for which every component has a bit in some scan.
+/// Texels that a byte of a file holds at most: PNG has 8 in a byte, of which deflate makes 1032 of one; JPEG has 64 in
+/// a block, for which every component has a bit in some scan.
 const PNG_TEXELS: u64 = 8 * 1032;
 const JPEG_TEXELS: u64 = 64 * 8;
 /// The size of an image that a decoder refuses by itself, for its size or for what is beside the texels.
@@ -53,8 +53,8 @@ impl Reading {
     }
 }
 
-/// Textures and images in the order of their first use. The maps go from indices of the document to indices of the scene; an image that
-/// is read in two ways is two images.
+/// Textures and images in the order of their first use. The maps go from indices of the document to indices of the
+/// scene; an image that is read in two ways is two images.
 #[derive(Default)]
 pub struct Used {
     textures: HashMap<(usize, Reading), usize>,
@@ -390,7 +390,8 @@ pub fn slots_mut(m: &mut Material) -> impl Iterator<Item = &mut Option<TextureRe
 }
 
 impl Opened<'_> {
-    /// The image, read so and then so often halved in that colour space, the hash of its bytes, and whether it has 16 bits per channel.
+    /// The image, read so and then so often halved in that colour space, the hash of its bytes, and whether it has 16
+    /// bits per channel.
     fn decode(
         self,
         reading: Reading,

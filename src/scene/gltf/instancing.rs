@@ -1,4 +1,5 @@
-//! EXT_mesh_gpu_instancing: a node that shows its mesh several times, each at a child node of its own, which moves with it.
+//! EXT_mesh_gpu_instancing: a node that shows its mesh several times, each at a child node of its own, which moves with
+//! it.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -28,7 +29,8 @@ pub fn count(document: &Document, node: &Node) -> u64 {
     attributes.values().filter_map(elements).max().unwrap_or(1)
 }
 
-/// Instances that nodes may have whose accessors all have no data in the file: some bytes state millions, which all stand at one place.
+/// Instances that nodes may have whose accessors all have no data in the file: some bytes state millions, which all
+/// stand at one place.
 pub const UNBACKED_MAX: u64 = 1 << 14;
 
 /// How many instances of a node no byte of the file stands for.
@@ -39,10 +41,9 @@ pub fn unbacked(document: &Document, node: &Node) -> u64 {
     if none { count(document, node) } else { 0 }
 }
 
-/// Adds the nodes of all instances of the node with the document's index `node`: their indices in the scene, or those of the
-/// node itself if it is not instanced.
-/// The error is a sentence that names the node, for accessors that are missing, do not fit or differ in length, and for numbers that
-/// are not finite.
+/// Adds the nodes of all instances of the node with the document's index `node`: their indices in the scene, or those
+/// of the node itself if it is not instanced. The error is a sentence that names the node, for accessors that are
+/// missing, do not fit or differ in length, and for numbers that are not finite.
 pub fn load(data: &Data, tree: &Tree, node: usize, scene: &mut Scene) -> Result<Range<usize>, Problem> {
     let at = tree.slot[node];
     let Some(attributes) = attributes(&data.document.nodes[node]).filter(|attributes| !attributes.is_empty()) else {

@@ -15,7 +15,8 @@ use super::document::Document;
 use super::images::{Reading, Used, slots_mut};
 use crate::scene::{Alpha, Material, TextureRef};
 
-/// glTF's default material, then all materials of the document, and which two sets of texture coordinates of the document each reads.
+/// glTF's default material, then all materials of the document, and which two sets of texture coordinates of the
+/// document each reads.
 pub fn load(document: &Document, used: &mut Used) -> Result<(Vec<Material>, Vec<[u32; 2]>), Problem> {
     let (mut materials, mut uv_sets) = (vec![Material::default()], vec![[0, 1]]);
     for (index, source) in document.materials.iter().enumerate() {
@@ -144,7 +145,8 @@ impl Loader<'_> {
         Vec3::from(value.map(|x| self.clamp(x, 0.0, name)))
     }
 
-    /// Clamps to at least `min` and to finite values: JSON has no infinity, but a number too large for f32 becomes infinite.
+    /// Clamps to at least `min` and to finite values: JSON has no infinity, but a number too large for f32 becomes
+    /// infinite.
     pub(super) fn clamp(&mut self, value: f32, min: f32, name: &str) -> f32 {
         if value < min {
             self.document.warn(format!("{} has {} below {min}; it was raised to {min}", self.what, with_article(name)));
@@ -152,7 +154,8 @@ impl Loader<'_> {
         value.max(min).clamp(f32::MIN, f32::MAX)
     }
 
-    /// A normal or occlusion slot. The crate does not parse KHR_texture_transform there, so it is read again as another slot.
+    /// A normal or occlusion slot. The crate does not parse KHR_texture_transform there, so it is read again as another
+    /// slot.
     pub(super) fn plain_slot(&mut self, texture: Option<&impl Serialize>) -> Result<Option<TextureRef>, Problem> {
         let info = texture.map(|t| serde_json::to_value(t).and_then(serde_json::from_value::<Info>)).transpose();
         let info = info.map_err(|e| {
@@ -161,8 +164,8 @@ impl Loader<'_> {
         self.slot(info.as_ref())
     }
 
-    /// A mesh keeps two sets of texture coordinates: those that its material's slots read, which are then numbered by their places. A
-    /// third set is rare and gets a note.
+    /// A mesh keeps two sets of texture coordinates: those that its material's slots read, which are then numbered by
+    /// their places. A third set is rare and gets a note.
     fn choose_uv_sets(&mut self, m: &mut Material) -> [u32; 2] {
         let mut read: Vec<usize> = m.drawn_slots().map(|(slot, _)| slot.uv_set).collect();
         let mut seen = BTreeSet::new();
@@ -200,8 +203,9 @@ impl Loader<'_> {
         };
         let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
         let uv_set = transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord) as usize;
-        // Translation · rotation · scale. The rotation is counter-clockwise on the image, where v points down, so its matrix has the
-        // negative angle. (The example of KHR_texture_transform, a rotated lower left quadrant, determines the sign.)
+        // Translation · rotation · scale. The rotation is counter-clockwise on the image, where v points down, so its
+        // matrix has the negative angle. (The example of KHR_texture_transform, a rotated lower left quadrant,
+        // determines the sign.)
         let transform = transform.map_or(Affine2::IDENTITY, |t| Affine2 {
             matrix2: Mat2::from_angle(-t.rotation.0) * Mat2::from_diagonal(Vec2::from(t.scale.0)),
             translation: Vec2::from(t.offset.0),

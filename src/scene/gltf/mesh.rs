@@ -199,8 +199,8 @@ impl Source<'_> {
     }
 }
 
-/// Gives every vertex a unit normal: the file's, or a face's normal where the file's has no direction, or flat normals if the
-/// file has none. False if one of the file's normals has no direction.
+/// Gives every vertex a unit normal: the file's, or a face's normal where the file's has no direction, or flat normals
+/// if the file has none. False if one of the file's normals has no direction.
 fn complete_normals(mesh: &mut Mesh) -> bool {
     if mesh.normals.is_empty() {
         // glTF 2.0, 3.7.2.1: tangents without normals are ignored.

@@ -1,8 +1,9 @@
 //! Loads glTF 2.0, `.gltf` and `.glb`, into a [`Scene`].
 //!
-//! One file per kind of object: `container` (bytes), `document` (JSON), `meshopt` (compressed bytes), `accessor` (numbers),
-//! `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials` with `finish` and `specular_glossiness`, `images` with `ktx2` and `webp`, `mesh`
-//! with `draco`, `tangents` and `deform`. No damaged file makes the loader panic: every index and offset is checked before use.
+//! One file per kind of object: `container` (bytes), `document` (JSON), `meshopt` (compressed bytes), `accessor`
+//! (numbers), `nodes` (tree, cameras, lights), `instancing`, `animations`, `materials` with `finish` and
+//! `specular_glossiness`, `images` with `ktx2` and `webp`, `mesh` with `draco`, `tangents` and `deform`. No damaged
+//! file makes the loader panic: every index and offset is checked before use.
 
 mod accessor;
 mod animations;
@@ -63,8 +64,8 @@ pub struct LoadOptions {
     pub max_texture: Option<u32>,
 }
 
-/// The supported extensions. A file that requires another one is refused, unless that changes looks alone; one that only uses it gets a
-/// warning.
+/// The supported extensions. A file that requires another one is refused, unless that changes looks alone; one that
+/// only uses it gets a warning.
 const KNOWN_EXTENSIONS: [&str; 23] = [
     instancing::NAME,
     meshopt::NAMES[0],
@@ -105,12 +106,12 @@ impl Scene {
 
     /// Loads the glTF 2.0 file at `path`, `-` for standard input: buffers, images, the chosen scene, every animation.
     ///
-    /// `docs/usage.md` lists the supported extensions. Points and lines are left out, and so are textures that cannot be
-    /// read, unless `options.strict`. Each simplification adds one of [`Scene::warnings`].
+    /// `docs/usage.md` lists the supported extensions. Points and lines are left out, and so are textures that cannot
+    /// be read, unless `options.strict`. Each simplification adds one of [`Scene::warnings`].
     ///
     /// # Errors
-    /// [`Error::File`] in one sentence, for missing or damaged files, glTF 1.0, unsupported required extensions, and scenes
-    /// that need more memory than `options` allow: these are refused from their headers, before it is taken.
+    /// [`Error::File`] in one sentence, for missing or damaged files, glTF 1.0, unsupported required extensions, and
+    /// scenes that need more memory than `options` allow: these are refused from their headers, before it is taken.
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, Error> {
         let mut need = Need::within(options.memory.clone().unwrap_or_else(Limit::host));
         let file = container::read(path, &mut need)?;
@@ -187,7 +188,8 @@ fn hash_part(hash: &mut blake3::Hasher, bytes: &[u8]) {
     hash.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
 }
 
-/// Reads the text once. Only where it does not fit, its version is looked for alone: a glTF 1.0 document has another structure.
+/// Reads the text once. Only where it does not fit, its version is looked for alone: a glTF 1.0 document has another
+/// structure.
 fn parse(path: &Path, json: Vec<u8>) -> Result<Document, Error> {
     #[derive(serde::Deserialize)]
     struct Head {
@@ -268,7 +270,8 @@ fn changes_looks_alone(name: &str) -> bool {
     name.contains("_materials_") || is_environment(name) || OTHERS.contains(&name)
 }
 
-/// `None` for a buffer that only stands in for readers of less, and for one without a URI: it may belong to an ignored extension.
+/// `None` for a buffer that only stands in for readers of less, and for one without a URI: it may belong to an ignored
+/// extension.
 fn load_buffers(
     document: &Document,
     folders: Folders,

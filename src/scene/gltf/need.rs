@@ -1,7 +1,7 @@
 //! The memory that a file's content will take, added up from headers and counts before any of it is taken.
 //!
-//! The sums are estimates from above, for loading and for the copies that rendering makes: small files can describe scenes
-//! that no machine holds, and a program that runs out of memory is killed without a word.
+//! The sums are estimates from above, for loading and for the copies that rendering makes: small files can describe
+//! scenes that no machine holds, and a program that runs out of memory is killed without a word.
 
 use gltf::json;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
@@ -42,7 +42,8 @@ const TRIANGLES_MAX: u64 = 1 << 30;
 const VERTEX_READ: u64 = 104;
 /// Bytes while a vertex with joints is read: a blended transform, and joints with weights, besides.
 const VERTEX_SKINNED: u64 = VERTEX_READ + 136;
-/// Bytes of an element of one attribute, and its copy, that the file's size does not limit: these are added up, for time's sake.
+/// Bytes of an element of one attribute, and its copy, that the file's size does not limit: these are added up, for
+/// time's sake.
 const UNBACKED: u64 = 32;
 /// How often a Draco decoder has each value: as it was quantised, whole, and as the accessor wants it.
 const PACKED_COPIES: u64 = 3;
@@ -63,8 +64,8 @@ const TRIANGLE_POSED: u64 = 64;
 const INSTANCE: u64 = 512;
 /// Bytes of a node of the scene, its transforms in all places, and what it is read from.
 const NODE: u64 = 768;
-/// Bytes of a texel in the scene, and for every colour space that it is used in: its mip chain while this is made, and its
-/// place on the device.
+/// Bytes of a texel in the scene, and for every colour space that it is used in: its mip chain while this is made, and
+/// its place on the device.
 const TEXEL: u64 = 4;
 const TEXEL_CHAIN: u64 = 12;
 
@@ -230,8 +231,8 @@ struct MeshSize {
     corners: u64,
     /// Vertices that loading keeps.
     kept: u64,
-    /// Elements of attributes and of used morph targets that have no data in the file, so that the file's size is no limit, or sparse
-    /// data, which is read whole for each primitive.
+    /// Elements of attributes and of used morph targets that have no data in the file, so that the file's size is no
+    /// limit, or sparse data, which is read whole for each primitive.
     unbacked: u64,
     /// Vertices times morph targets, and vertices times sets of joints.
     targets: u64,

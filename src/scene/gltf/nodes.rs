@@ -63,8 +63,8 @@ impl Tree {
         Ok((0..shown.len()).filter(|&n| shown[n]).collect())
     }
 
-    /// Those of the nodes `shown` that no KHR_node_visibility hides, at them or at a node above them: it hides meshes and lights, and no
-    /// cameras.
+    /// Those of the nodes `shown` that no KHR_node_visibility hides, at them or at a node above them: it hides meshes
+    /// and lights, and no cameras.
     pub fn visible(&self, document: &Document, shown: &[usize]) -> Vec<usize> {
         let mut hidden = vec![false; document.nodes.len()];
         for &index in &self.order {
@@ -109,7 +109,8 @@ pub fn trs(translation: DVec3, rotation: DQuat, scale: DVec3) -> Transform {
     Transform::Trs { translation, rotation, scale }
 }
 
-/// The root nodes of the scene with the name or index `wanted`, else of the default scene, else of the first, else all nodes.
+/// The root nodes of the scene with the name or index `wanted`, else of the default scene, else of the first, else all
+/// nodes.
 pub fn choose_roots(document: &Document, wanted: Option<&str>) -> Result<Vec<usize>, Problem> {
     let scenes = &document.scenes;
     let index = match wanted {

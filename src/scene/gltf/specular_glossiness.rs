@@ -1,5 +1,6 @@
-//! KHR_materials_pbrSpecularGlossiness, archived, as metallic and roughness with KHR_materials_specular and _ior. Nothing is lost: a
-//! dielectric whose index of refraction is "infinite" reflects its specular colour head on, and its diffuse part is what is left.
+//! KHR_materials_pbrSpecularGlossiness, archived, as metallic and roughness with KHR_materials_specular and _ior.
+//! Nothing is lost: a dielectric whose index of refraction is "infinite" reflects its specular colour head on, and its
+//! diffuse part is what is left.
 
 use glam::{Vec3, Vec4};
 use gltf::json::extensions::material::Material as Extensions;

@@ -21,8 +21,8 @@ pub fn complete(mesh: &mut Mesh, uvs: (usize, Affine2)) -> bool {
     true
 }
 
-/// MikkTSpace over the transformed uvs of the texture that needs tangents, so that a rotated texture rotates the tangents too. Vertices
-/// that need several tangents are split.
+/// MikkTSpace over the transformed uvs of the texture that needs tangents, so that a rotated texture rotates the
+/// tangents too. Vertices that need several tangents are split.
 fn generate(mesh: &mut Mesh, uvs: (usize, Affine2)) {
     let mut corners = Corners { mesh, uvs, tangents: vec![None; mesh.indices.len()] };
     // The error type has no values; corners without a tangent get one below.

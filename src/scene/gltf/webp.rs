@@ -1,4 +1,5 @@
-//! EXT_texture_webp: what is checked of a WebP file before the crate `image` decodes it, which trusts some of its parts.
+//! EXT_texture_webp: what is checked of a WebP file before the crate `image` decodes it, which trusts some of its
+//! parts.
 
 /// Bits of the flags of an extended file.
 const ANIMATED: u8 = 2;

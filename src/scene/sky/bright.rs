@@ -12,8 +12,8 @@ const BRIGHT: f64 = 8.0;
 const LEAST_SHARE: f64 = 0.01;
 /// Lights at most: each costs its shadow rays wherever something is lit.
 const MOST_LIGHTS: usize = 8;
-/// A light is not split further whose share of the bright part, times 1 − the cosine of its half angle, is below this: 2.6° for
-/// one that sends all of it.
+/// A light is not split further whose share of the bright part, times 1 − the cosine of its half angle, is below this:
+/// 2.6° for one that sends all of it.
 const EVEN: f64 = 1e-3;
 /// Bins per factor of two in which texels of like brightness are counted.
 const BINS: f64 = 16.0;
@@ -29,7 +29,8 @@ pub struct SkyLight {
     pub radius: f32,
 }
 
-/// The largest channel that the rest has, infinite where nothing is bright, and the lights; both in the texels' own scale.
+/// The largest channel that the rest has, infinite where nothing is bright, and the lights; both in the texels' own
+/// scale.
 pub fn part(texels: &Texels) -> (f32, Vec<SkyLight>) {
     let most = brightest_of_rest(texels);
     let mut bright = Vec::new();
@@ -61,8 +62,8 @@ pub fn part(texels: &Texels) -> (f32, Vec<SkyLight>) {
     (most, parts.iter().map(Part::light).collect())
 }
 
-/// The greatest brightness that is [`BRIGHT`] times the mean of what is left below it. Where bright parts are so wide that there is
-/// none but what nothing exceeds, directions find them anyway.
+/// The greatest brightness that is [`BRIGHT`] times the mean of what is left below it. Where bright parts are so wide
+/// that there is none but what nothing exceeds, directions find them anyway.
 fn brightest_of_rest(texels: &Texels) -> f32 {
     let bins = 64 * BINS as usize;
     let mut counted = vec![(0.0, 0.0); bins];
@@ -165,7 +166,8 @@ mod tests {
         sky_of(256, 128, radiance)
     }
 
-    /// A disc of half angle a has the irradiance π sin² a of its radiance; what it keeps in the map is a small part here.
+    /// A disc of half angle a has the irradiance π sin² a of its radiance; what it keeps in the map is a small part
+    /// here.
     #[test]
     fn suns_are_discs_of_their_size_apart() {
         let suns = [

@@ -11,8 +11,8 @@ use crate::{Error, Result};
 /// Texels a side at most.
 const SIDE_MAX: u32 = 16384;
 
-/// Reads the map at `path`, by its ending an OpenEXR file (R, G, B) or a Radiance one, and halves it until it has at most
-/// [`MOST_TEXELS`], and `max_texture` texels a side. Also returns a sentence about everything that was changed.
+/// Reads the map at `path`, by its ending an OpenEXR file (R, G, B) or a Radiance one, and halves it until it has at
+/// most [`MOST_TEXELS`], and `max_texture` texels a side. Also returns a sentence about everything that was changed.
 ///
 /// # Errors
 /// [`Error::File`] for what is missing, damaged, or needs more memory than half of what is free: known from its header.

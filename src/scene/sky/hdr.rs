@@ -1,5 +1,5 @@
-//! Reads Radiance's images, .hdr and .pic. The header is read here (Radiance's file formats: "Radiance Picture"), the crate `image`
-//! decodes the scan lines.
+//! Reads Radiance's images, .hdr and .pic. The header is read here (Radiance's file formats: "Radiance Picture"), the
+//! crate `image` decodes the scan lines.
 
 use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek, SeekFrom};

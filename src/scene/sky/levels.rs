@@ -1,7 +1,7 @@
-//! A map without its bright part as means over cones: what wide looks along a direction see. Level 0 is the mean over the
-//! hemisphere about a direction, weighted with the cosine; level 1 that over a cone of half angle 45°, each further one of half
-//! the angle of the one before. Each is an equirectangular map, twice as wide as high: levels 0 and 1 have 16 rows, each further
-//! one twice as many. `glsl/ground/sky.glsl` reads them.
+//! A map without its bright part as means over cones: what wide looks along a direction see. Level 0 is the mean over
+//! the hemisphere about a direction, weighted with the cosine; level 1 that over a cone of half angle 45°, each further
+//! one of half the angle of the one before. Each is an equirectangular map, twice as wide as high: levels 0 and 1 have
+//! 16 rows, each further one twice as many. `glsl/ground/sky.glsl` reads them.
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
@@ -139,8 +139,8 @@ mod tests {
     use super::*;
     use crate::scene::sky::tests::sky_of;
 
-    /// Over a cone of half angle a the mean of what is linear in the direction is (1 + cos a)/2 of it along the axis; weighted with
-    /// the cosine over a hemisphere, 2/3.
+    /// Over a cone of half angle a the mean of what is linear in the direction is (1 + cos a)/2 of it along the axis;
+    /// weighted with the cosine over a hemisphere, 2/3.
     #[test]
     fn levels_are_means_over_cones() {
         for height in [16, 50, 300] {

@@ -1,8 +1,8 @@
-//! A sky from an equirectangular map: its texels, what is seen of them along a direction, and what renderers need of it: its
-//! bright part as lights (`bright`) and the rest as means over cones (`levels`). `file` and `hdr` read maps.
+//! A sky from an equirectangular map: its texels, what is seen of them along a direction, and what renderers need of
+//! it: its bright part as lights (`bright`) and the rest as means over cones (`levels`). `file` and `hdr` read maps.
 //!
-//! The middle of a map is towards +X, what lies to its right towards +Z, its top is +Y, as three.js, Blender's exporter and the
-//! Khronos sample viewer have it.
+//! The middle of a map is towards +X, what lies to its right towards +Z, its top is +Y, as three.js, Blender's exporter
+//! and the Khronos sample viewer have it.
 
 mod bright;
 mod file;
@@ -37,14 +37,15 @@ pub struct Panorama {
 pub struct SkyMap {
     pub width: usize,
     pub height: usize,
-    /// RGB9E5 (Vulkan's `E5B9G9R9_UFLOAT_PACK32`), rows from the top: 9 bits a channel with the exponent of the largest. Then the
-    /// levels as `levels` has them, of the map without its bright part.
+    /// RGB9E5 (Vulkan's `E5B9G9R9_UFLOAT_PACK32`), rows from the top: 9 bits a channel with the exponent of the
+    /// largest. Then the levels as `levels` has them, of the map without its bright part.
     pub words: Vec<u32>,
     /// How many levels there are.
     pub levels: usize,
     /// Radiance of an unpacked 1.
     pub scale: f32,
-    /// Of an unpacked texel's largest channel: what is more is the bright part, which [`Self::lights`] stand for. Infinite without.
+    /// Of an unpacked texel's largest channel: what is more is the bright part, which [`Self::lights`] stand for.
+    /// Infinite without.
     pub most: f32,
     /// Lights that stand for the bright part, the map not turned.
     pub lights: Vec<SkyLight>,
@@ -217,8 +218,8 @@ pub(super) fn solid_angle(width: usize, height: usize, y: usize) -> f64 {
 }
 
 impl Scene {
-    /// Makes a map the sky, times `intensity` and turned counter-clockwise, seen from above, by `turned` degrees. A map that is
-    /// the same everywhere is the even sky that it shows.
+    /// Makes a map the sky, times `intensity` and turned counter-clockwise, seen from above, by `turned` degrees. A map
+    /// that is the same everywhere is the even sky that it shows.
     pub fn set_sky_map(&mut self, panorama: Panorama, intensity: f32, turned: f64) {
         let first = panorama.radiance.first().copied().unwrap_or_default();
         let even = panorama.radiance.iter().all(|c| *c == first);

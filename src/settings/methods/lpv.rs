@@ -5,8 +5,8 @@ use crate::settings::{Key, Range, auto, choices, names, table};
 choices! {
     /// How a cell's light is spread over directions, two bands of spherical harmonics.
     Lobe {
-        /// The clamped cosine, 1 + 2 cos θ in two bands. It is negative behind, where it is cut off, so that light is gained. A
-        /// face's lobe has the integral 4π: a step passes on all of the light.
+        /// The clamped cosine, 1 + 2 cos θ in two bands. It is negative behind, where it is cut off, so that light is
+        /// gained. A face's lobe has the integral 4π: a step passes on all of the light.
         Cosine = "cosine",
         /// The clamped cosine with the coefficients that the source's author published for each face, √π/2 and √(π/3):
         /// their integral is π, so that a step passes on a quarter of the light.
@@ -42,8 +42,8 @@ choices! {
 
     /// How irradiance is read from what was added up.
     Apply {
-        /// Two bands against the clamped cosine about the shading normal, half a cell off along it: a position and a perturbed normal
-        /// are all that the source's page takes.
+        /// Two bands against the clamped cosine about the shading normal, half a cell off along it: a position and a
+        /// perturbed normal are all that the source's page takes.
         Sh = "sh",
         /// Flux across a face that has the surface's orientation, a cell off it, where no such surface stands.
         Flux = "flux",
@@ -98,8 +98,8 @@ impl Settings {
         }
     }
 
-    /// Steps of propagation per bounce. A sky comes in from the border: in as many steps as cells half of its light has not reached
-    /// the middle.
+    /// Steps of propagation per bounce. A sky comes in from the border: in as many steps as cells half of its light has
+    /// not reached the middle.
     pub fn steps(&self, sky: bool) -> u32 {
         self.iterations.unwrap_or(if sky { 2 * self.edge } else { self.edge })
     }

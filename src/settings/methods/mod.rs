@@ -2,7 +2,8 @@
 
 use super::{Key, choices};
 
-/// Gives the list of methods to the macro `$with`: a variant, its name, which is the name of its folders too, and what it is.
+/// Gives the list of methods to the macro `$with`: a variant, its name, which is the name of its folders too, and what
+/// it is.
 macro_rules! methods {
     ($with:ident) => {
         $with! {

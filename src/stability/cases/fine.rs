@@ -87,8 +87,8 @@ fn lobe_width(cell: &Cell) -> Result<Vec<Sample>> {
     })
 }
 
-/// The mean of images whose view is shifted within a pixel, so that edges seen directly or through glass are filtered as the path
-/// tracer filters them.
+/// The mean of images whose view is shifted within a pixel, so that edges seen directly or through glass are filtered
+/// as the path tracer filters them.
 fn filtered(studio: &mut Studio, place: &Place) -> Result<Pixels> {
     const SIDE: u32 = 4;
     let (pose, view) = (studio.stage.pose(), studio.stage.view);

@@ -57,7 +57,8 @@ fn image_of(cell: &Cell, stage: Stage, center: DVec3) -> Result<Pixels> {
     Ok(studio.shoot_at(&(DAffine3::from_translation(center) * place))?.beauty().to_vec())
 }
 
-/// The images of changes to the room, as if nothing had changed, and the plain one. `image`: of a change, with its words.
+/// The images of changes to the room, as if nothing had changed, and the plain one. `image`: of a change, with its
+/// words.
 fn changes<T>(changes: &[T], cell: &Cell, image: impl Fn(&T) -> Result<(String, Pixels)>) -> Result<Vec<Sample>> {
     let plain = image_of(cell, room(), DVec3::ZERO)?;
     let sample = |change: &T| {

@@ -1,4 +1,5 @@
-//! How much light arrives, where that is known: in simple scenes, of lamps that are many or bright, in scenes made by chance.
+//! How much light arrives, where that is known: in simple scenes, of lamps that are many or bright, in scenes made by
+//! chance.
 
 use glam::DVec3;
 
@@ -69,7 +70,8 @@ fn furnaces(cell: &Cell, albedo: f32) -> Result<Vec<Sample>> {
     let (stage, albedo) = (furnace(albedo), f64::from(albedo));
     let ideal = match cell.settings.bounces {
         Bounces::All => 1.0 / (1.0 - albedo),
-        // Emission, its direct light, and as many bounces. The first gather finds the direct light of lamps that are gathered.
+        // Emission, its direct light, and as many bounces. The first gather finds the direct light of lamps that are
+        // gathered.
         finite => {
             let terms = finite.stored() + 2 - u32::from(cell.settings.lights.lamps == LampLight::Gathered);
             (0..terms).map(|k| albedo.powi(k as i32)).sum()

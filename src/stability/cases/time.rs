@@ -68,9 +68,9 @@ fn motion(cell: &Cell, stage: Stage, pose: impl Fn(f64) -> Pose) -> Result<Vec<S
     })
 }
 
-/// Path-traced frames, and how much of an excess their own noise is. Each is the mean of two of other seeds, so half the
-/// difference of these has the error's distribution; one seed gives every frame the same random numbers, and what does not
-/// change the same noise.
+/// Path-traced frames, and how much of an excess their own noise is. Each is the mean of two of other seeds, so half
+/// the difference of these has the error's distribution; one seed gives every frame the same random numbers, and what
+/// does not change the same noise.
 fn truths(cell: &Cell, stage: &Stage, pose: &impl Fn(f64) -> Pose) -> Result<(Vec<Layers>, f64)> {
     let depth = same_depth(&stage.scene, &cell.settings);
     let series = |seed| {

@@ -57,8 +57,8 @@ fn brightest(image: &Layers, pixel: usize) -> f64 {
     f64::from(image.beauty()[pixel].into_iter().fold(0.0, f32::max))
 }
 
-/// Of the pixels that show the stage's dark half, x > 0, and next to which none shows the lit one, the brightest, over the median of
-/// the lit half's.
+/// Of the pixels that show the stage's dark half, x > 0, and next to which none shows the lit one, the brightest, over
+/// the median of the lit half's.
 fn leaks_across(cell: &Cell, stage: &Stage, views: &[View]) -> Result<Vec<Sample>> {
     of_all(views, |view| {
         at_places(cell, Stage { view: *view, ..stage.clone() }, |studio, place| {

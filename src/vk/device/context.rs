@@ -57,7 +57,8 @@ pub struct Context {
     pub(in crate::vk) loses_descriptors: bool,
     #[cfg_attr(not(internals), doc(hidden))]
     pub limits: vk::PhysicalDeviceLimits,
-    /// `VK_EXT_conservative_rasterization` is enabled: [`RasterDesc::conservative`](crate::vk::RasterDesc) can be asked for.
+    /// `VK_EXT_conservative_rasterization` is enabled: [`RasterDesc::conservative`](crate::vk::RasterDesc) can be asked
+    /// for.
     #[cfg_attr(not(internals), doc(hidden))]
     pub conservative_rasterization: bool,
     /// Geometry shaders are enabled.
@@ -97,8 +98,8 @@ impl Context {
         Self::with(options, Telling::Nothing)
     }
 
-    /// A device on which every shader that can (`glsl/common/count.glsl`) counts what it reads, zone by zone: slower, and
-    /// the same images. The counts come with the zones' times.
+    /// A device on which every shader that can (`glsl/common/count.glsl`) counts what it reads, zone by zone: slower,
+    /// and the same images. The counts come with the zones' times.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn counting(options: &ContextOptions) -> Result<Arc<Self>> {
         Self::with(options, Telling::Reads)
@@ -216,8 +217,8 @@ impl Context {
         self.structures.is_some()
     }
 
-    /// Every error and warning of the validation layer so far, advice on performance left out. Empty on a host's device:
-    /// the host's own messenger gets them.
+    /// Every error and warning of the validation layer so far, advice on performance left out. Empty on a host's
+    /// device: the host's own messenger gets them.
     pub fn validation_messages(&self) -> Vec<String> {
         self.own.as_ref().map_or_else(Vec::new, |own| lock(&own.messages).clone())
     }

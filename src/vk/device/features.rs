@@ -32,7 +32,8 @@ macro_rules! features {
 }
 
 features! {
-    /// Triangles are recorded and listed as the talk does it, where settings ask for that ([`Conservative`](crate::settings::Conservative)).
+    /// Triangles are recorded and listed as the talk does it, where settings ask for that
+    /// ([`Conservative`](crate::settings::Conservative)).
     geometry_shader "geometryShader",
     /// Reads beyond a buffer's end return data of that buffer or 0, and writes there go nowhere else.
     robust_buffer_access "robustBufferAccess",
@@ -53,7 +54,8 @@ features! {
     buffer_device_address "bufferDeviceAddress",
     /// What [`ray_query`](Self::ray_query) goes through.
     acceleration_structure "accelerationStructure",
-    /// Rays are the device's own queries, where settings ask for that or leave it open ([`Tracer`](crate::settings::Tracer)).
+    /// Rays are the device's own queries, where settings ask for that or leave it open
+    /// ([`Tracer`](crate::settings::Tracer)).
     ray_query "rayQuery",
 }
 
@@ -78,7 +80,8 @@ impl Features {
     }
 
     /// The features that these structures hold. A host that enables dynamic rendering and synchronisation by the
-    /// structures of their extensions sets those two fields itself, and so it sets those of acceleration structures and ray queries.
+    /// structures of their extensions sets those two fields itself, and so it sets those of acceleration structures and
+    /// ray queries.
     pub fn of(
         core: &vk::PhysicalDeviceFeatures,
         vulkan12: &vk::PhysicalDeviceVulkan12Features<'_>,

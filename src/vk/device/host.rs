@@ -19,23 +19,25 @@ pub struct HostDevice<'a> {
     /// Of the command buffers to record into, and of `queue`: graphics, compute and timestamps.
     pub queue_family: u32,
     /// Only what submits by itself uses it: [`crate::vk::upload`], [`crate::vk::download`] and their like, and a
-    /// [`crate::vk::Recorder`] of its own. The mutex is locked during each submission, and a host locks it for its own use
-    /// of this queue. Without a queue a host records copies into its own command buffers instead.
+    /// [`crate::vk::Recorder`] of its own. The mutex is locked during each submission, and a host locks it for its own
+    /// use of this queue. Without a queue a host records copies into its own command buffers instead.
     pub queue: Option<Arc<Mutex<vk::Queue>>>,
-    /// Where memory comes from; without it an allocator is made. It is locked while a resource is made or dropped. With ray queries it
-    /// gives memory for buffers with addresses (`AllocatorCreateDesc::buffer_device_address`).
+    /// Where memory comes from; without it an allocator is made. It is locked while a resource is made or dropped. With
+    /// ray queries it gives memory for buffers with addresses (`AllocatorCreateDesc::buffer_device_address`).
     pub allocator: Option<Arc<Mutex<Allocator>>>,
     /// For every pipeline made here; it must not be externally synchronised. Without it none is used.
     pub pipeline_cache: Option<vk::PipelineCache>,
     /// Those enabled. With `VK_EXT_debug_utils` among them, objects and passes have names in messages and captures.
     pub instance_extensions: &'a [&'a CStr],
-    /// Those enabled: at least [`required_extensions`]; `grid.conservative = hardware` needs `VK_EXT_conservative_rasterization`, and
-    /// rays are the device's own queries only with [`ray_query_extensions`](crate::host::ray_query_extensions).
+    /// Those enabled: at least [`required_extensions`]; `grid.conservative = hardware` needs
+    /// `VK_EXT_conservative_rasterization`, and rays are the device's own queries only with
+    /// [`ray_query_extensions`](crate::host::ray_query_extensions).
     pub device_extensions: &'a [&'a CStr],
-    /// Those enabled: at least [`required_features`](crate::host::required_features); `grid.conservative = geometry-shader`, which the
-    /// talk's presets set, needs `geometry_shader`. Rays are the device's own queries only with `buffer_device_address`,
-    /// `acceleration_structure` and `ray_query`, all three; else they go through the tree. With `robust_buffer_access`, as devices that are opened here have it, a shader that
-    /// leaves a buffer reads and writes no other memory.
+    /// Those enabled: at least [`required_features`](crate::host::required_features);
+    /// `grid.conservative = geometry-shader`, which the talk's presets set, needs `geometry_shader`. Rays are the
+    /// device's own queries only with `buffer_device_address`, `acceleration_structure` and `ray_query`, all three;
+    /// else they go through the tree. With `robust_buffer_access`, as devices that are opened here have it, a shader
+    /// that leaves a buffer reads and writes no other memory.
     pub features: Features,
 }
 

@@ -29,9 +29,9 @@ pub(in crate::vk) struct Instance {
 }
 
 impl Instance {
-    /// Loads the Vulkan library and makes an instance with these extensions; with `validation`, under the validation layer with
-    /// synchronisation validation. `Error::Device` names the package that is missing, other errors the limit of the
-    /// machine at which the driver would end the process.
+    /// Loads the Vulkan library and makes an instance with these extensions; with `validation`, under the validation
+    /// layer with synchronisation validation. `Error::Device` names the package that is missing, other errors the limit
+    /// of the machine at which the driver would end the process.
     pub(in crate::vk) fn new(validation: bool, extensions: &[*const c_char]) -> Result<Self> {
         room::check()?;
         // SAFETY: loading the system's Vulkan library runs only its own initialisers.

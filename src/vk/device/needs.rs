@@ -220,8 +220,8 @@ impl Capabilities {
         self.needs().into_iter().filter(|need| !need.present).map(|need| need.name).collect()
     }
 
-    /// Device extensions to enable: what is needed and not core, and what is used where it is there. A device over Metal says by the last
-    /// one that it leaves out parts of Vulkan, and has to be told that this is known.
+    /// Device extensions to enable: what is needed and not core, and what is used where it is there. A device over
+    /// Metal says by the last one that it leaves out parts of Vulkan, and has to be told that this is known.
     pub(in crate::vk) fn enabled_extensions(&self) -> Vec<&'static CStr> {
         let optional = [
             ash::ext::memory_budget::NAME,

@@ -1,4 +1,5 @@
-//! The pipelines of a context. A changed setting compiles only what depends on it, and what was set before compiles nothing.
+//! The pipelines of a context. A changed setting compiles only what depends on it, and what was set before compiles
+//! nothing.
 
 use super::context::Context;
 use crate::Result;

@@ -26,8 +26,8 @@ pub struct Presenter {
 }
 
 impl Presenter {
-    /// The device called `name` where it presents to the window, else the first one that does. `extensions`: those that the
-    /// instance needs for `surface`, which makes the window's.
+    /// The device called `name` where it presents to the window, else the first one that does. `extensions`: those that
+    /// the instance needs for `surface`, which makes the window's.
     ///
     /// # Errors
     /// One sentence: no loader, or no device that presents.

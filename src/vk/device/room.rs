@@ -1,6 +1,6 @@
-//! Memory and threads that a driver takes of the machine. A driver that does not get it ends the process, or never returns: so it
-//! is asked for less, or not loaded. The numbers are llvmpipe's, which takes most: measured on two cores, with an
-//! allowance added for more cores.
+//! Memory and threads that a driver takes of the machine. A driver that does not get it ends the process, or never
+//! returns: so it is asked for less, or not loaded. The numbers are llvmpipe's, which takes most: measured on two
+//! cores, with an allowance added for more cores.
 
 use crate::memory::{self, Limit, mib};
 use crate::{Error, Result};

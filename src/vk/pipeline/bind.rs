@@ -12,8 +12,8 @@ use arrayvec::ArrayVec;
 /// Where counting shaders add up; bound by itself.
 pub(in crate::vk) const COUNTS: &str = "counted";
 
-/// A resource for the binding of that name: a buffer, an acceleration structure, or images that are sampled or, without a sampler,
-/// stored to.
+/// A resource for the binding of that name: a buffer, an acceleration structure, or images that are sampled or, without
+/// a sampler, stored to.
 #[derive(Clone)]
 pub struct Bind<'a> {
     pub(in crate::vk) name: &'a str,
@@ -87,8 +87,8 @@ pub(in crate::vk) fn labels(pipeline: &RawPipeline, binds: &[Bind<'_>]) -> Vec<(
     bound(pipeline, binds).filter(|binding| binding.name != COUNTS).map(of).collect()
 }
 
-/// The bindings that something is bound to: all, but that a shader whose constants cut its queries out goes without an acceleration
-/// structure.
+/// The bindings that something is bound to: all, but that a shader whose constants cut its queries out goes without an
+/// acceleration structure.
 pub(in crate::vk) fn bound<'b>(pipeline: &'b RawPipeline, binds: &'b [Bind<'_>]) -> impl Iterator<Item = &'b Binding> {
     let given = |binding: &Binding| binds.iter().any(|bind| bind.name == binding.name);
     pipeline.bindings.iter().filter(move |binding| binding.kind != BindingKind::Structure || given(binding))

@@ -1,9 +1,10 @@
 //! From the GLSL below a folder to SPIR-V (Vulkan 1.2). The build includes this file, and so does hot reload.
 //!
 //! A shader says at its head in which further forms it is compiled, a line each:
-//! - `//! per method`: once for every folder of `gi`, in which `method/…` is then looked for; `except NAME` leaves one out.
-//!   Shaders in a method's own folder find `method/…` there.
-//! - `//! with NAME`: once with the macro NAME and once without; `except METHOD` as above, `only METHOD` leaves the others out.
+//! - `//! per method`: once for every folder of `gi`, in which `method/…` is then looked for; `except NAME` leaves one
+//!   out. Shaders in a method's own folder find `method/…` there.
+//! - `//! with NAME`: once with the macro NAME and once without; `except METHOD` as above, `only METHOD` leaves the
+//!   others out.
 //!
 //! `ground/image/image.comp` of the method `rays` with `AOVS` is called `ground/image/image.comp rays AOVS`.
 //!
@@ -193,8 +194,9 @@ impl Shader<'_> {
         let mut options = CompileOptions::new().map_err(|e| e.to_string())?;
         options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_2 as u32);
         options.set_target_spirv(SpirvVersion::V1_5);
-        // Drivers optimise for themselves: measured on llvmpipe, frames take as long, and this takes a thirteenth of the time.
-        // The optimiser would also strip the names that everything is bound by. What is not used is dropped below.
+        // Drivers optimise for themselves: measured on llvmpipe, frames take as long, and this takes a thirteenth of
+        // the time. The optimiser would also strip the names that everything is bound by. What is not used is dropped
+        // below.
         options.set_optimization_level(OptimizationLevel::Zero);
         options.set_warnings_as_errors();
         options.set_auto_bind_uniforms(true);

@@ -1,17 +1,17 @@
 //! Loads from every storage buffer at the start of a shader, for a driver that loses descriptors in loops.
 //!
 //! llvmpipe of Mesa 25.2 to 26.1 finds the address of a descriptor where a shader needs it first. Where that lies in a
-//! loop and the address is read after the loop too, it is kept in a register of each lane, which stays empty until a lane
-//! has passed there. Inner loops are run even if no lane is active: the driver then reads address 0 and crashes.
+//! loop and the address is read after the loop too, it is kept in a register of each lane, which stays empty until a
+//! lane has passed there. Inner loops are run even if no lane is active: the driver then reads address 0 and crashes.
 //! An address that is found before any loop needs no such register.
 
 use rspirv::dr::{Block, Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, Op, StorageClass, Word};
 use std::collections::{HashMap, HashSet};
 
-/// Lets the entry point load a word of each storage buffer that it reads, before anything else. So that no compiler takes
-/// the loads out, a number that is computed of them, and is always 0, is added to the whole numbers that the first
-/// block loads; to its floats, where it loads no others.
+/// Lets the entry point load a word of each storage buffer that it reads, before anything else. So that no compiler
+/// takes the loads out, a number that is computed of them, and is always 0, is added to the whole numbers that the
+/// first block loads; to its floats, where it loads no others.
 pub(in crate::vk) fn load_early(module: &mut Module) {
     let mut early = Early::new(module);
     let words = early.load_words(module);

@@ -133,7 +133,8 @@ impl RawPipeline {
         self.bindings.iter().filter(of_stage).map(|binding| binding.count).sum()
     }
 
-    /// Compiles the pipeline on a thread of its own: a frame has about twenty, and drivers compile each on the caller's.
+    /// Compiles the pipeline on a thread of its own: a frame has about twenty, and drivers compile each on the
+    /// caller's.
     fn start(&mut self, making: Making) {
         let making = Arc::new(making);
         let on_thread = making.clone();

@@ -181,8 +181,8 @@ pub(in crate::vk) fn constants(words: &[u32]) -> Vec<(String, Value)> {
     found
 }
 
-/// The module with every expression of specialisation constants replaced by a constant of its type: spirq evaluates them
-/// all, knows few operators and fails on the rest, and no layout here depends on one.
+/// The module with every expression of specialisation constants replaced by a constant of its type: spirq evaluates
+/// them all, knows few operators and fails on the rest, and no layout here depends on one.
 fn without_constant_expressions(words: &[u32]) -> Vec<u32> {
     const TYPE_BOOL: u32 = 20;
     const CONSTANT_TRUE: u32 = 41;

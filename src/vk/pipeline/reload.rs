@@ -50,8 +50,8 @@ impl Reload {
         Self::watch(root)?.compile().map(drop)
     }
 
-    /// Compiles what was saved since the last look; how many shaders pipelines now get anew, `None` where no file changed.
-    /// Where anything is wrong, all stays as it is. The first look takes longer: it reads everything.
+    /// Compiles what was saved since the last look; how many shaders pipelines now get anew, `None` where no file
+    /// changed. Where anything is wrong, all stays as it is. The first look takes longer: it reads everything.
     ///
     /// # Errors
     /// The compiler's messages, `file:line: message` a line.

@@ -81,8 +81,8 @@ pub(in crate::vk) fn are_edited() -> bool {
     generation() > 0
 }
 
-/// Takes other words for shaders of these names, whether or not they are read now; how many those are. The words are never
-/// freed: pipelines under way may read them.
+/// Takes other words for shaders of these names, whether or not they are read now; how many those are. The words are
+/// never freed: pipelines under way may read them.
 ///
 /// # Errors
 /// One takes what the program does not give it. Then all stays as it is.

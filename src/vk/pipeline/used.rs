@@ -4,8 +4,8 @@ use rspirv::dr::{Function, Instruction, Module, Operand};
 use rspirv::spirv::Decoration;
 use std::collections::{HashMap, HashSet};
 
-/// Takes out functions that are never called, and variables and constants that nothing reads: those would be bindings and
-/// settings of the pipeline.
+/// Takes out functions that are never called, and variables and constants that nothing reads: those would be bindings
+/// and settings of the pipeline.
 pub fn keep_used(module: &mut Module) {
     let ids = |i: &Instruction| -> Vec<u32> {
         i.operands.iter().filter_map(Operand::id_ref_any).chain(i.result_type).collect()

@@ -43,7 +43,8 @@ impl Infos {
 
 /// Binds a pipeline with all its resources and its push block.
 ///
-/// Panics when a binding is missing, unknown or of another kind, or when the push block's size differs, unless it has none.
+/// Panics when a binding is missing, unknown or of another kind, or when the push block's size differs, unless it has
+/// none.
 pub(in crate::vk) fn bind_pipeline<T: Pod>(
     recorder: &mut Recorder,
     pipeline: &Arc<RawPipeline>,

@@ -6,8 +6,8 @@ use crate::vk::resource::structure::{Corners, Parts, RawStructure, Structure, fu
 use ash::vk;
 
 impl Recorder {
-    /// Builds a structure anew over the triangles that `corners` holds by then: as many as it was made for. What queries go
-    /// through it afterwards comes after a barrier.
+    /// Builds a structure anew over the triangles that `corners` holds by then: as many as it was made for. What
+    /// queries go through it afterwards comes after a barrier.
     pub fn build(&mut self, structure: &Structure, corners: &Corners<'_>) {
         let (scratch, aligned) = (structure.scratch.address(), self.context().capabilities.scratch_alignment);
         let scratch = scratch.next_multiple_of(aligned);

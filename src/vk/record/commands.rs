@@ -29,8 +29,8 @@ impl Recorder {
         self.log(|| CommandLog::Fill { buffer: buffer.label().to_owned(), offset, bytes, value });
     }
 
-    /// Writes `data` to `buffer` from byte `first` on, in order with the commands: small data that changes from frame to
-    /// frame. Offset and length are multiples of 4.
+    /// Writes `data` to `buffer` from byte `first` on, in order with the commands: small data that changes from frame
+    /// to frame. Offset and length are multiples of 4.
     pub fn update<T: Pod>(&mut self, buffer: &Buffer, first: u64, data: &[T]) {
         const MOST: usize = 65536;
         let data: &[u8] = bytemuck::cast_slice(data);

@@ -16,8 +16,9 @@ pub struct ImageUse {
     pub layout: vk::ImageLayout,
 }
 
-/// One level of one layer of a colour image that a host made with optimal tiling and one sample, and with `TRANSFER_DST` usage to
-/// be written, `TRANSFER_SRC` to be read. The host keeps it alive and gives it memory; nothing of it is destroyed here.
+/// One level of one layer of a colour image that a host made with optimal tiling and one sample, and with
+/// `TRANSFER_DST` usage to be written, `TRANSFER_SRC` to be read. The host keeps it alive and gives it memory; nothing
+/// of it is destroyed here.
 #[derive(Clone, Copy, Debug)]
 pub struct HostImage {
     pub image: vk::Image,
@@ -27,15 +28,16 @@ pub struct HostImage {
     pub size: (u32, u32),
     pub level: u32,
     pub layer: u32,
-    /// The host's last use of it; with the layout `UNDEFINED` what it held is lost, which does not matter where it is written.
+    /// The host's last use of it; with the layout `UNDEFINED` what it held is lost, which does not matter where it is
+    /// written.
     pub before: ImageUse,
     /// The host's next use of it, in this recording or after it.
     pub after: ImageUse,
 }
 
 impl HostImage {
-    /// The formats that linear radiance is converted to. `UNORM` and `SRGB` clamp to 0…1, `SRGB` encodes, small floats round,
-    /// and channels that a format lacks are left out: exposure and tone mapping are the host's.
+    /// The formats that linear radiance is converted to. `UNORM` and `SRGB` clamp to 0…1, `SRGB` encodes, small floats
+    /// round, and channels that a format lacks are left out: exposure and tone mapping are the host's.
     pub const FORMATS: [vk::Format; 14] = [
         vk::Format::R32G32B32A32_SFLOAT,
         vk::Format::R32G32_SFLOAT,
@@ -98,9 +100,9 @@ impl HostImage {
 }
 
 impl Recorder {
-    /// Copies or blits between the finest level of `own`, RGBA in f32, and a host's image of the same size, in whatever format that is:
-    /// from it where it `reads`, else to it. What was recorded before is done with `own`, and what follows waits by a barrier of its own;
-    /// the barriers of the host's image are recorded here.
+    /// Copies or blits between the finest level of `own`, RGBA in f32, and a host's image of the same size, in whatever
+    /// format that is: from it where it `reads`, else to it. What was recorded before is done with `own`, and what
+    /// follows waits by a barrier of its own; the barriers of the host's image are recorded here.
     ///
     /// # Safety
     /// The host's image is as it says, was checked ([`HostImage::check`]), and lives until the device is done.

@@ -1,5 +1,5 @@
-//! Work in submissions that are short: how much goes into one is learned from how long the same work took before. Desktop
-//! devices kill what runs for seconds, and nobody is heard while it runs.
+//! Work in submissions that are short: how much goes into one is learned from how long the same work took before.
+//! Desktop devices kill what runs for seconds, and nobody is heard while it runs.
 
 use super::recorder::Recorder;
 use crate::Result;
@@ -18,8 +18,8 @@ const FIRST_SHARE: u32 = 64;
 const FIRST_CPU_SHARE: u32 = 16;
 /// and takes no larger one than this before it has been done once: the next pixels may cost far more than those before.
 const LARGEST_UNKNOWN_SHARE: u32 = 8;
-/// On a CPU device no submission is a smaller share than this of its work: where other programs hold the processor, waiting takes longer
-/// than the work, and ever smaller parts would only be waited for more often.
+/// On a CPU device no submission is a smaller share than this of its work: where other programs hold the processor,
+/// waiting takes longer than the work, and ever smaller parts would only be waited for more often.
 const LEAST_CPU_SHARE: u32 = 64;
 /// Weight of an older measurement relative to the next.
 const FORGET: f64 = 0.7;
@@ -122,7 +122,8 @@ impl Pace {
 /// A line through measured times: so much per submission and so much per unit.
 #[derive(Debug, Default)]
 struct Cost {
-    /// Sums over measurements, the older the less they count: number, units, milliseconds, units², units · milliseconds.
+    /// Sums over measurements, the older the less they count: number, units, milliseconds, units², units ·
+    /// milliseconds.
     sums: [f64; 5],
     /// Units and milliseconds of the parts so far.
     parts: Vec<(f64, f64)>,
@@ -198,8 +199,8 @@ impl Recorder {
         self
     }
 
-    /// Records a pass's work over `units` of anything, such as rows, in parts that are multiples of `step` and may each be a
-    /// submission, or at once.
+    /// Records a pass's work over `units` of anything, such as rows, in parts that are multiples of `step` and may each
+    /// be a submission, or at once.
     pub fn in_parts(&mut self, units: u32, step: u32, mut record: impl FnMut(&mut Self, Range<u32>)) {
         let (Some((pass, _)), Some(pacing)) = (self.zone, &mut self.pacing) else { return record(self, 0..units) };
         let key = (pass, pacing.works);
@@ -266,7 +267,8 @@ impl Recorder {
 mod tests {
     use super::*;
 
-    /// Submissions of a work whose unit costs `ms(at)`, and which costs `fixed` per part: units and milliseconds of each.
+    /// Submissions of a work whose unit costs `ms(at)`, and which costs `fixed` per part: units and milliseconds of
+    /// each.
     fn submissions(pace: &Mutex<Pace>, fixed: f64, ms: impl Fn(u32) -> f64) -> Vec<(u32, f64)> {
         const UNITS: u32 = 1024;
         let mut pace = pace.lock().unwrap();
@@ -314,7 +316,8 @@ mod tests {
         assert_eq!(submissions(&pace, 0.01, |_| 0.001).len(), 1);
     }
 
-    /// Where other programs hold the processor a submission may wait for a second, by chance: later parts are not cut to nothing.
+    /// Where other programs hold the processor a submission may wait for a second, by chance: later parts are not cut
+    /// to nothing.
     #[test]
     fn waits_for_a_busy_processor_do_not_shorten_parts_without_end() {
         let pace = Pace::new(true, true, None);

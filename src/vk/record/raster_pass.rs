@@ -77,7 +77,8 @@ impl RenderTarget<'_> {
     /// Rows of a part are multiples of this: pixels are shaded in squares of four, CPU devices work on far larger ones.
     const PART_ROWS: u32 = 16;
 
-    /// A rendering scope over all of it, or one per part where the recorder cuts its work: `draw` draws the same into each.
+    /// A rendering scope over all of it, or one per part where the recorder cuts its work: `draw` draws the same into
+    /// each.
     pub fn draw_in_parts(&self, recorder: &mut Recorder, mut draw: impl FnMut(&mut RasterPass<'_>)) {
         recorder.in_parts(self.height, Self::PART_ROWS, |r, rows| {
             let part = Rect { x: 0, y: rows.start as i32, width: self.width, height: rows.len() as u32 };

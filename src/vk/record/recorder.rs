@@ -212,8 +212,8 @@ impl Recorder {
             // SAFETY: the query was reset and not written since.
             unsafe { self.context.device().cmd_write_timestamp(self.handle, stage, pool, index) };
             if self.context.is_cpu {
-                // Once something was drawn, Mesa's lavapipe takes a timestamp with the next flush, and dispatches do not flush.
-                // Every barrier does; this one orders nothing.
+                // Once something was drawn, Mesa's lavapipe takes a timestamp with the next flush, and dispatches do
+                // not flush. Every barrier does; this one orders nothing.
                 let none = (vk::PipelineStageFlags2::NONE, vk::AccessFlags2::NONE);
                 record_barrier(&self.context, self.handle, none, none);
             }
@@ -229,8 +229,8 @@ impl Recorder {
         }
     }
 
-    /// Submits what was recorded, waits, and goes on recording. Returns the milliseconds that this took; `None` where there is
-    /// nothing to submit or an error, the first of which is kept for `submit`.
+    /// Submits what was recorded, waits, and goes on recording. Returns the milliseconds that this took; `None` where
+    /// there is nothing to submit or an error, the first of which is kept for `submit`.
     pub(in crate::vk) fn flush(&mut self) -> Option<f64> {
         if self.own.is_none() || self.error.is_some() {
             return None;

@@ -92,18 +92,18 @@ impl Drop for Slot {
 
 impl Recorder {
     /// Records what `record` does into `command_buffer`, which a host has begun and ends and submits itself. Nothing is
-    /// allocated from Vulkan, submitted or waited for. `slot` keeps alive what the commands use until it is recorded over
-    /// again.
+    /// allocated from Vulkan, submitted or waited for. `slot` keeps alive what the commands use until it is recorded
+    /// over again.
     ///
     /// The first command is a barrier: everything that the host's earlier commands wrote is visible to all that
     /// follows. The last makes everything written here visible to the host's later commands and to the CPU. Both are
-    /// memory barriers over all commands. Images of the host are not touched, and those made here are in `GENERAL` layout before and
-    /// after.
+    /// memory barriers over all commands. Images of the host are not touched, and those made here are in `GENERAL`
+    /// layout before and after.
     ///
     /// Clobbered are: the compute and the graphics pipeline, the descriptor sets of both bind points (set 0 is pushed),
-    /// push constants, viewport and scissor 0, all other dynamic state (the graphics pipelines fix it), the index buffer
-    /// and vertex buffer 0. A host sets its own again afterwards. Other vertex buffers, and what is bound for ray
-    /// tracing, stay.
+    /// push constants, viewport and scissor 0, all other dynamic state (the graphics pipelines fix it), the index
+    /// buffer and vertex buffer 0. A host sets its own again afterwards. Other vertex buffers, and what is bound for
+    /// ray tracing, stay.
     ///
     /// # Safety
     /// - `command_buffer` belongs to the context's device and queue family, it is recording, it is outside of a
@@ -125,7 +125,8 @@ impl Recorder {
         let mut recorder = Self::start(context, command_buffer, slot.timestamps, recorded);
         recorder.options.log = slot.options.log;
         let outcome = catch_unwind(AssertUnwindSafe(|| record(&mut recorder)));
-        // After a panic a rendering scope may be open, where neither may be recorded; what was used is kept all the same.
+        // After a panic a rendering scope may be open, where neither may be recorded; what was used is kept all the
+        // same.
         if outcome.is_ok() {
             recorder.timestamp();
             record_exit_barrier(context, command_buffer);

@@ -135,8 +135,8 @@ impl Buffer {
         self.raw.memory.as_ref().expect("bound at creation")
     }
 
-    /// Writes `data` at byte `offset`. Upload buffers only. The next submission sees it; one that is still in flight and
-    /// reads the buffer would see a mixture, so frames in flight take a buffer each.
+    /// Writes `data` at byte `offset`. Upload buffers only. The next submission sees it; one that is still in flight
+    /// and reads the buffer would see a mixture, so frames in flight take a buffer each.
     pub fn write<T: Pod>(&self, offset: u64, data: &[T]) {
         let source: &[u8] = bytemuck::cast_slice(data);
         let label = self.label();
@@ -156,8 +156,8 @@ impl Buffer {
         self.read_some(0, count)
     }
 
-    /// `count` elements of `T` from byte `offset` on. Readback buffers only. What wrote them is over: it was waited for,
-    /// or polled.
+    /// `count` elements of `T` from byte `offset` on. Readback buffers only. What wrote them is over: it was waited
+    /// for, or polled.
     pub fn read_some<T: Pod>(&self, offset: u64, count: usize) -> Vec<T> {
         let label = self.label();
         assert_eq!(self.raw.kind, BufferKind::Readback, "{label} is not a readback buffer");

@@ -1,6 +1,6 @@
-//! Device memory, by gpu-allocator with one allocation per resource. There are few resources and most are large, so blocks
-//! shared between them would only blur the account; this way the bytes taken from the driver are the sum of what the
-//! resources need.
+//! Device memory, by gpu-allocator with one allocation per resource. There are few resources and most are large, so
+//! blocks shared between them would only blur the account; this way the bytes taken from the driver are the sum of what
+//! the resources need.
 
 use crate::vk::device::context::Context;
 use crate::{Error, Result};

@@ -25,7 +25,8 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// `filter` serves texels and levels, `address` all three axes. A border is transparent black; every level may be read.
+    /// `filter` serves texels and levels, `address` all three axes. A border is transparent black; every level may be
+    /// read.
     pub fn new(context: &Arc<Context>, filter: vk::Filter, address: vk::SamplerAddressMode) -> Result<Self> {
         let linear = filter == vk::Filter::LINEAR;
         let info = vk::SamplerCreateInfo::default()

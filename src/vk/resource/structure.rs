@@ -1,5 +1,5 @@
-//! Acceleration structures: triangles as the driver keeps them for ray queries. One stands over the triangles, and one that queries
-//! begin at over that one.
+//! Acceleration structures: triangles as the driver keeps them for ray queries. One stands over the triangles, and one
+//! that queries begin at over that one.
 
 use super::buffer::{Buffer, BufferKind};
 use crate::Result;
@@ -51,7 +51,8 @@ impl Drop for RawStructure {
     }
 }
 
-/// An acceleration structure, and all that it is built in. It is empty until [`Recorder::build`](crate::vk::Recorder::build).
+/// An acceleration structure, and all that it is built in. It is empty until
+/// [`Recorder::build`](crate::vk::Recorder::build).
 pub struct Structure {
     desc: StructureDesc,
     pub(in crate::vk) triangles: Arc<RawStructure>,

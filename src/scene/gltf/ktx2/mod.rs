@@ -1,7 +1,8 @@
-//! Images in KTX 2 containers: KHR_texture_basisu's ETC1S (BasisLZ) or UASTC, plain or with zstd, and plain texels (`plain`).
+//! Images in KTX 2 containers: KHR_texture_basisu's ETC1S (BasisLZ) or UASTC, plain or with zstd, and plain texels
+//! (`plain`).
 //!
-//! The container's header and index are read here (KTX File Format 2.0, sections 3 to 5), and everything that they state is held
-//! against the file before the crate `basisu` decodes the largest level. Smaller levels are made anew.
+//! The container's header and index are read here (KTX File Format 2.0, sections 3 to 5), and everything that they
+//! state is held against the file before the crate `basisu` decodes the largest level. Smaller levels are made anew.
 
 mod plain;
 
@@ -77,7 +78,8 @@ pub fn size(bytes: &[u8]) -> Result<(u32, u32), &'static str> {
     if fits { Ok((width, height)) } else { Err("has a largest level of another size than its header states") }
 }
 
-/// How many bytes back a frame of zstd may look, which decoders keep (RFC 8878, 3.1.1.1); `None` where that is its whole content.
+/// How many bytes back a frame of zstd may look, which decoders keep (RFC 8878, 3.1.1.1); `None` where that is its
+/// whole content.
 fn window(frame: &[u8]) -> Option<u64> {
     let (descriptor, window) = (*frame.get(4)?, *frame.get(5)?);
     let single_segment = descriptor & 0x20 != 0;
@@ -85,7 +87,8 @@ fn window(frame: &[u8]) -> Option<u64> {
     (!single_segment).then_some(base + base / 8 * u64::from(window & 7))
 }
 
-/// Whether the largest level holds its slices, of colours and of alpha; `None` if the global data end before their own parts.
+/// Whether the largest level holds its slices, of colours and of alpha; `None` if the global data end before their own
+/// parts.
 fn slices_fit(global: &[u8], level: &[u8], levels: usize, with_alpha: bool) -> Option<bool> {
     let entries = global.get(GLOBAL..GLOBAL * (1 + levels))?;
     // Codebooks of endpoints and selectors, and tables.
@@ -106,8 +109,8 @@ fn plain_level(bytes: &[u8]) -> Result<plain::Level<'_>, &'static str> {
     Ok(plain::Level { format, width, height, scheme, bytes: level, stated: long(index, 16) })
 }
 
-/// The largest level: 8-bit RGBA, rows from the top, 4 · width · height bytes of the [`size`]; and whether it has 16 bits a channel.
-/// The error is the end of a sentence, for damaged data.
+/// The largest level: 8-bit RGBA, rows from the top, 4 · width · height bytes of the [`size`]; and whether it has 16
+/// bits a channel. The error is the end of a sentence, for damaged data.
 pub fn decode(bytes: &[u8]) -> Result<(Vec<u8>, bool), &'static str> {
     size(bytes)?;
     if word(bytes, 12) != 0 {

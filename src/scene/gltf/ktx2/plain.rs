@@ -1,4 +1,5 @@
-//! Plain texels of 8 or 16 bits a channel (KTX File Format 2.0, 3.1: `vkFormat`), as they are or compressed by zstd or zlib.
+//! Plain texels of 8 or 16 bits a channel (KTX File Format 2.0, 3.1: `vkFormat`), as they are or compressed by zstd or
+//! zlib.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -43,8 +44,8 @@ pub struct Level<'a> {
     pub stated: u64,
 }
 
-/// How key/value data say that texels are shown (3.11): which channel of the file each of four is, or 0 or 1, and whether columns begin
-/// on the right and rows below.
+/// How key/value data say that texels are shown (3.11): which channel of the file each of four is, or 0 or 1, and
+/// whether columns begin on the right and rows below.
 pub struct Shown {
     pub swizzle: [u8; 4],
     pub mirrored: [bool; 2],

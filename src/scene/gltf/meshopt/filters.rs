@@ -1,7 +1,7 @@
 //! Filters (appendix B): each element, as it was decoded, becomes what accessors read.
 //!
-//! Elements outside the ranges that the extension allows give unspecified numbers, as there, and no error: what reads them
-//! checks them.
+//! Elements outside the ranges that the extension allows give unspecified numbers, as there, and no error: what reads
+//! them checks them.
 
 use std::f32::consts::FRAC_1_SQRT_2;
 
@@ -55,7 +55,8 @@ pub fn quaternion(bytes: &mut [u8]) {
     });
 }
 
-/// Floats: a signed exponent in the highest 8 bits, a signed mantissa in the others. Exact, also where f32 has no power of two.
+/// Floats: a signed exponent in the highest 8 bits, a signed mantissa in the others. Exact, also where f32 has no power
+/// of two.
 pub fn exponential(bytes: &mut [u8]) {
     for_each(bytes, |[number]| {
         let number = i32::from_le_bytes(number);

@@ -1,8 +1,9 @@
 //! EXT_meshopt_compression and KHR_meshopt_compression: buffer views whose content is compressed.
 //!
-//! The crate `meshoptimizer-rs` decodes the streams (KHR_meshopt_compression, appendix A), in Rust without unsafe code. Before it makes
-//! room for a stated count it checks that the stream can hold so many. The filters (appendix B) are here, because the crate refuses
-//! elements outside the ranges that the extension allows, which files have where no triangle uses a vertex.
+//! The crate `meshoptimizer-rs` decodes the streams (KHR_meshopt_compression, appendix A), in Rust without unsafe code.
+//! Before it makes room for a stated count it checks that the stream can hold so many. The filters (appendix B) are
+//! here, because the crate refuses elements outside the ranges that the extension allows, which files have where no
+//! triangle uses a vertex.
 
 mod filters;
 
@@ -44,8 +45,9 @@ struct Compressed {
     filter: Option<String>,
 }
 
-/// The content of every buffer view that is compressed; `None` for the others. `need` gets their sizes before they are made.
-/// The error is a sentence that names the buffer view, for sizes that are excluded or not allowed, and for damaged streams.
+/// The content of every buffer view that is compressed; `None` for the others. `need` gets their sizes before they are
+/// made. The error is a sentence that names the buffer view, for sizes that are excluded or not allowed, and for
+/// damaged streams.
 pub fn decode(
     document: &Document,
     buffers: &[Option<Vec<u8>>],

@@ -19,10 +19,11 @@ choices! {
         Facing = "facing",
         /// Alpha is the clipped triangle's projected area over the voxel's face area.
         Coverage = "coverage",
-        /// As coverage, but sides that send nothing do not block: backs of single-sided triangles, dark backs of others.
+        /// As coverage, but sides that send nothing do not block: backs of single-sided triangles, dark backs of
+        /// others.
         Sided = "sided",
-        /// The front of a triangle goes to the three faces that see it, weighted by |n|, and nothing behind it; sums over the
-        /// number of triangles. The author's later engine does so (PasVulkan, 2023).
+        /// The front of a triangle goes to the three faces that see it, weighted by |n|, and nothing behind it; sums
+        /// over the number of triangles. The author's later engine does so (PasVulkan, 2023).
         Front = "front",
     }
 
@@ -58,7 +59,8 @@ choices! {
 
     /// How a pass goes through a volume: the image is the same.
     Passes {
-        /// As in the talk: a fragment per voxel of the whole grid, a layer per slice; the second bounce voxelises again.
+        /// As in the talk: a fragment per voxel of the whole grid, a layer per slice; the second bounce voxelises
+        /// again.
         Layered = "layered",
         /// A thread per list item, occupied voxel, or parent of one; the lists are kept.
         Cells = "cells",

@@ -7,8 +7,8 @@ use crate::vk::SamplerAddressMode;
 use choices::{Blend, ConeSet, Fill, Form, Passes, RoughnessFit, Weights, Wrap};
 
 table! {
-    /// The defaults are the preset `cones`: fill, weights and compositing changed together, so that a wall's alpha adds up to 1 from
-    /// every angle.
+    /// The defaults are the preset `cones`: fill, weights and compositing changed together, so that a wall's alpha adds
+    /// up to 1 from every angle.
     Settings as "cones" {
         set: ConeSet = ConeSet::G16, in "set", names!(ConeSet);
         "diffuse cones around the normal: the talk's five sets, and cosine-distributed ones (g)";

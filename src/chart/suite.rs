@@ -461,9 +461,8 @@ mod tests {
         let [image, error] = mean(&traces, 1);
         // The pixel's two values are 1 and 2.
         assert_eq!((image.beauty()[0][0], error.beauty()[0][0]), (1.5, 0.5));
-        assert_eq!(
-            rounded(DVec3::new(1.0 + 1.0 / 2048.1, -1.01, 0.0), 10),
-            [1.0 + 1.0 / 1024.0, -1.0097656, 0.0].map(|v: f32| if v > 1.0 { 1.0 } else { v })
-        );
+        let step = 1.0 / 1024.0; // between 1 and 2, of 10 bits
+        let values = DVec3::new(1.0 + 0.4 * step, 1.0 + 0.6 * step, -1.01);
+        assert_eq!(rounded(values, 10), [1.0, 1.0 + step as f32, -1.0097656]);
     }
 }

@@ -84,14 +84,7 @@ impl<'a> Bind<'a> {
 /// The bound resources, for the log: (binding name, labels).
 pub(in crate::vk) fn labels(pipeline: &RawPipeline, binds: &[Bind<'_>]) -> Vec<(String, Vec<String>)> {
     let of = |binding: &Binding| (binding.name.clone(), find(pipeline, binding, binds).labels());
-    bound(pipeline, binds).filter(|binding| binding.name != COUNTS).map(of).collect()
-}
-
-/// The bindings that something is bound to: all, but that a shader whose constants cut its queries out goes without an
-/// acceleration structure.
-pub(in crate::vk) fn bound<'b>(pipeline: &'b RawPipeline, binds: &'b [Bind<'_>]) -> impl Iterator<Item = &'b Binding> {
-    let given = |binding: &Binding| binds.iter().any(|bind| bind.name == binding.name);
-    pipeline.bindings.iter().filter(move |binding| binding.kind != BindingKind::Structure || given(binding))
+    pipeline.bindings.iter().filter(|binding| binding.name != COUNTS).map(of).collect()
 }
 
 pub(in crate::vk) fn check_names(pipeline: &RawPipeline, binds: &[Bind<'_>]) {

@@ -20,10 +20,10 @@ pub(in crate::vk) fn load_early(module: &mut Module) {
         let rest = block.instructions.split_off(first);
         block.instructions.append(&mut early.code);
         block.instructions.extend(early.add_to_loads(rest, zero));
-    }
-    module.types_global_values.append(&mut early.globals);
-    if let Some(header) = &mut module.header {
-        header.bound = early.bound;
+        module.types_global_values.append(&mut early.globals);
+        if let Some(header) = &mut module.header {
+            header.bound = early.bound;
+        }
     }
 }
 

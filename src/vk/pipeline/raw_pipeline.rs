@@ -3,12 +3,14 @@
 use super::bind::COUNTS;
 use super::constants::Constant;
 use super::make_pipeline::{Made, Making, RasterState};
-use super::reflect::{self, Binding, BindingKind, Stage, StageInfo};
+use super::reflect::{self, Binding, BindingKind, Module, Stage, StageInfo};
 use super::shader;
+use super::specialize::names_used;
 use crate::vk::device::context::Context;
 use crate::vk::device::pipelines::Pipeline;
 use crate::{Error, Result};
 use ash::vk;
+use std::collections::HashSet;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::{self, JoinHandle};
 
@@ -60,6 +62,19 @@ impl Pipeline for RawPipeline {
     }
 }
 
+/// Keeps the bindings of one way in which rays find triangles: with both, a pass may have more than devices push. Constants
+/// cut the queries out where a device has none.
+fn keep_traced(module: &mut Module, constants: &[Constant], queries: bool) {
+    let structures = module.bindings.iter().filter(|binding| binding.kind == BindingKind::Structure);
+    let Some(structure) = structures.map(|binding| binding.name.clone()).next() else { return };
+    let used = if queries { names_used(shader::spirv(module.info.shader), constants) } else { HashSet::new() };
+    if used.contains(&structure) {
+        module.bindings.retain(|binding| used.contains(&binding.name));
+    } else {
+        module.bindings.retain(|binding| binding.name != structure);
+    }
+}
+
 impl RawPipeline {
     /// Reflects the shaders, makes the layouts, and starts to compile. `constants`: all that the shaders depend on.
     pub(in crate::vk) fn new(
@@ -74,10 +89,7 @@ impl RawPipeline {
             // Nothing reads it once the constant is set: `specialize` takes it out of the shaders too.
             modules.iter_mut().for_each(|module| module.bindings.retain(|binding| binding.name != COUNTS));
         }
-        if !context.has_ray_queries() {
-            // Constants cut the queries out of what such a device gets.
-            modules.iter_mut().for_each(|module| module.bindings.retain(|b| b.kind != BindingKind::Structure));
-        }
+        modules.iter_mut().for_each(|module| keep_traced(module, constants, context.has_ray_queries()));
         let push_bytes = modules.iter().map(|module| module.push_bytes).max().unwrap_or(0);
         assert!(push_bytes <= MAX_PUSH_BYTES, "{label}: a push block of {push_bytes} bytes, {MAX_PUSH_BYTES} at most");
         let with_push = modules.iter().filter(|module| module.push_bytes > 0);

@@ -24,6 +24,16 @@ pub(in crate::vk) struct Choices<'a> {
 
 /// The module `words`, valid SPIR-V from the build, as a pipeline takes it.
 pub(in crate::vk) fn specialize(words: &[u32], choices: &Choices) -> Vec<u32> {
+    specialized(words, choices).assemble()
+}
+
+/// Names of the variables, bindings among them, that these constants leave of a module.
+pub(in crate::vk) fn names_used(words: &[u32], constants: &[Constant]) -> HashSet<String> {
+    let module = specialized(words, &Choices { constants, ..Choices::default() });
+    names(&module).into_values().collect()
+}
+
+fn specialized(words: &[u32], choices: &Choices) -> Module {
     let mut module = load_words(words).expect("the build writes SPIR-V");
     let names = names(&module);
     number_bindings(&mut module, &names, choices.bindings);
@@ -43,7 +53,7 @@ pub(in crate::vk) fn specialize(words: &[u32], choices: &Choices) -> Vec<u32> {
     if choices.loads_early {
         load_early(&mut module);
     }
-    module.assemble()
+    module
 }
 
 /// Takes out what a module asks of the device for ray queries, where it has none left: most devices lack it.

@@ -1,9 +1,9 @@
 //! Binds a pipeline with its resources and its push block while a frame is recorded.
 
 use super::recorder::Recorder;
-use crate::vk::pipeline::bind::{Bind, COUNTS, bound, check_names, find};
+use crate::vk::pipeline::bind::{Bind, COUNTS, check_names, find};
 use crate::vk::pipeline::raw_pipeline::RawPipeline;
-use crate::vk::pipeline::reflect::{Binding, BindingKind};
+use crate::vk::pipeline::reflect::BindingKind;
 use crate::vk::resource::buffer::Buffer;
 use crate::vk::resource::image::ImageView;
 use arrayvec::ArrayVec;
@@ -69,14 +69,13 @@ pub(in crate::vk) fn bind_pipeline<T: Pod>(
 
     let mut infos = std::mem::take(&mut recorder.recorded.infos);
     infos.clear();
-    let bindings: ArrayVec<&Binding, 64> = bound(pipeline, binds).collect(); // no pass has more
-    for binding in &bindings {
+    for binding in &pipeline.bindings {
         infos.push(find(pipeline, binding, binds));
     }
     let device = recorder.context().device();
     // SAFETY: the pipeline is kept below.
     unsafe { device.cmd_bind_pipeline(recorder.handle, pipeline.bind_point(), pipeline.handle()) };
-    push_descriptors(recorder, pipeline, &bindings, &infos);
+    push_descriptors(recorder, pipeline, &infos);
     if !push.is_empty() {
         // SAFETY: the block has the size that the layout states.
         unsafe { device.cmd_push_constants(recorder.handle, pipeline.layout, pipeline.push_stages, 0, push) };
@@ -93,16 +92,17 @@ pub(in crate::vk) fn bind_pipeline<T: Pod>(
     }
 }
 
-/// Writes these bindings of the pipeline, in the order of `infos`.
-fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, bindings: &[&Binding], infos: &Infos) {
-    if bindings.is_empty() {
+/// Writes all bindings of the pipeline, in the order of `infos`.
+fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, infos: &Infos) {
+    if pipeline.bindings.is_empty() {
         return;
     }
     let (mut buffers, mut images) = (infos.buffers.as_slice(), infos.images.as_slice());
     // A shader has one at most.
     let structures =
         vk::WriteDescriptorSetAccelerationStructureKHR::default().acceleration_structures(&infos.structures);
-    let writes: ArrayVec<vk::WriteDescriptorSet<'_>, 64> = (bindings.iter())
+    // No pass has more bindings.
+    let writes: ArrayVec<vk::WriteDescriptorSet<'_>, 64> = (pipeline.bindings.iter())
         .map(|binding| {
             let to = vk::WriteDescriptorSet::default()
                 .dst_binding(binding.binding)

@@ -2,8 +2,24 @@
 
 use super::frame_log::CommandLog;
 use super::recorder::Recorder;
-use crate::vk::resource::structure::{Corners, Parts, RawStructure, Structure, functions};
+use super::transfer::upload_into;
+use crate::Result;
+use crate::vk::device::context::Context;
+use crate::vk::resource::structure::{Corners, Parts, RawStructure, Structure, StructureDesc, functions};
 use ash::vk;
+use std::sync::Arc;
+
+impl Structure {
+    /// Of a context with ray queries, for the triangles of `desc`.
+    ///
+    /// # Errors
+    /// Too little memory, or a lost device.
+    pub fn new(context: &Arc<Context>, desc: StructureDesc) -> Result<Self> {
+        let structure = Self::unwritten(context, desc)?;
+        upload_into(context, &structure.instance, structure.instance_words().as_flattened())?;
+        Ok(structure)
+    }
+}
 
 impl Recorder {
     /// Builds a structure anew over the triangles that `corners` holds by then: as many as it was made for. What

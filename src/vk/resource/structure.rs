@@ -4,7 +4,6 @@
 use super::buffer::{Buffer, BufferKind};
 use crate::Result;
 use crate::vk::device::context::Context;
-use crate::vk::record::transfer::upload_into;
 use ash::vk;
 use std::sync::Arc;
 
@@ -186,21 +185,12 @@ impl RawStructure {
 }
 
 impl Structure {
-    /// Of a context with ray queries, for the triangles of `desc`.
-    ///
-    /// # Errors
-    /// Too little memory, or a lost device.
-    pub fn new(context: &Arc<Context>, desc: StructureDesc) -> Result<Self> {
+    /// As [`Structure::new`], but nothing is written to the instance.
+    pub(in crate::vk) fn unwritten(context: &Arc<Context>, desc: StructureDesc) -> Result<Self> {
         let size = desc.size(context);
         use vk::AccelerationStructureTypeKHR as T;
         let triangles = RawStructure::new(context, "acceleration structure", size.triangles, T::BOTTOM_LEVEL)?;
         let instance = Buffer::new(context, "acceleration instance", StructureDesc::INSTANCE, BufferKind::Device)?;
-        // A row of the matrix is (1 0 0 0), (0 1 0 0), (0 0 1 0); then number and mask, and no flags.
-        let one = 1f32.to_bits();
-        let address = triangles.address();
-        let words =
-            [[one, 0, 0, 0], [0, one, 0, 0], [0, 0, one, 0], [0xff00_0000, 0, address as u32, (address >> 32) as u32]];
-        upload_into(context, &instance, words.as_flattened())?;
         Ok(Self {
             desc,
             triangles: Arc::new(triangles),
@@ -208,6 +198,14 @@ impl Structure {
             instance,
             scratch: Buffer::new(context, "acceleration scratch", size.scratch, BufferKind::Structure)?,
         })
+    }
+
+    /// The instance as a device reads it: the triangles where they are.
+    pub(in crate::vk) fn instance_words(&self) -> [[u32; 4]; 4] {
+        // A row of the matrix is (1 0 0 0), (0 1 0 0), (0 0 1 0); then number and mask, and no flags.
+        let one = 1f32.to_bits();
+        let address = self.triangles.address();
+        [[one, 0, 0, 0], [0, one, 0, 0], [0, 0, one, 0], [0xff00_0000, 0, address as u32, (address >> 32) as u32]]
     }
 
     pub fn desc(&self) -> &StructureDesc {

@@ -1,6 +1,7 @@
 //! Light propagation as a whole: images of scenes whose light is known. `passes_lpv.rs` holds its steps.
 
 use crate::gpu;
+use crate::studio::asset;
 
 use std::f64::consts::PI;
 
@@ -232,4 +233,19 @@ fn printed_light_is_applied_from_depth_and_perturbed_normals() {
     // The device looks up in f32, and the depth that positions come from is one.
     assert!(worst < 5e-5, "{worst}");
     assert!(on_floor > 500 && off_facet > on_floor / 2, "{off_facet} of {on_floor} pixels tell normals from facets");
+}
+
+/// Both sheets of a wall that is thinner than a cell face the same room. If both found the light before them, the wall would
+/// send on up to twice its albedo of it, .7 here, and the light of all bounces would grow without end.
+#[test]
+fn a_wall_of_two_sheets_mirrors_light_once() {
+    let scene = asset("two-rooms.glb");
+    let energy = |bounces: &str| {
+        let view = scene.view(&scene.pose(None, 0.0), 0);
+        let renderer = gpu::render_from(&gpu::context(), &scene, &lpv(&[bounces]), 32, view);
+        renderer.read().beauty().iter().flatten().map(|v| f64::from(*v)).sum::<f64>()
+    };
+    let [two, all] = ["bounces=2", "bounces=all"].map(energy);
+    // Light after the second bounce: at most .7, .7², … of what came with it; much of it ends on the lamp's side.
+    assert!(all > two && all < two * (1.0 + 0.7 / 0.3), "{all} of all bounces, {two} of two");
 }

@@ -4,6 +4,7 @@
 #include "common/refraction.glsl"
 #include "ground/brdf.glsl"
 #include "ground/sky.glsl"
+#include "ground/ray.glsl"
 #include "gi/lpv/constants.glsl"
 #include "gi/lpv/field.glsl"
 #include "gi/lpv/blockers.glsl"
@@ -132,8 +133,17 @@ vec3 with_sky(vec4 found, Surface s, vec3 d, float bright) {
     return found.rgb + found.a * sky_about(d, ggx_aperture(s.roughness), bright);
 }
 
+// Share of the light a cell off a surface that nothing keeps from it. Without this a wall of two sheets within a cell
+// would mirror what comes to it twice: both sheets find the light of the room before them.
+vec3 free_before(Surface s) {
+    float cell = 1.0 / cascades[0].w; // voxels
+    return APPLY == APPLY_FLUX ? trace_shadow_ray(ray_start(s.position, s.facet, s.facet), s.facet, cell) : vec3(1.0);
+}
+
 vec4 look_up_diffuse(Surface s, uvec3 place) {
     vec4 found = irradiance_of(found_before(s.position, s.facet, s.normal), s.normal) / PI;
+    vec3 free = free_before(s);
+    found *= vec4(free, brightest(free));
     found.a = min(found.a, 1.0);
     return vec4(found.rgb + found.a * sky_over(s.normal), found.a); // from all around
 }

@@ -79,7 +79,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Page::Changes { scene } => changes::run(&scene)?,
         Page::Devices => {
             let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-            fill_file(&root.join("docs/devices.md"), |name, _| devices::table(name, root))?;
+            for page in ["docs/devices.md", "docs/notes/devices.md"] {
+                fill_file(&root.join(page), |name, _| devices::table(name, root))?;
+            }
         }
         Page::Flight(flight) => flight.run()?,
         Page::Layers => layers::run()?,

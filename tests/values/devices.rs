@@ -23,11 +23,14 @@ fn report(part: &str) -> DeviceReport {
 
 #[test]
 fn the_page_of_devices_says_what_the_requirements_say() {
-    let page = std::fs::read_to_string(root().join("docs/devices.md")).unwrap();
-    let filled = twobounce::lab::table::fill(&page, |name, _| table(name, root())).unwrap();
-    assert!(page.contains("<!-- table: devices -->") && page.contains("<!-- table: sources -->"));
-    let again = "run `cargo run --release --example pages -- devices`";
-    assert!(page == filled, "docs/devices.md differs from this: {again}\n{filled}");
+    for (path, mark) in
+        [("docs/devices.md", "<!-- table: devices -->"), ("docs/notes/devices.md", "<!-- table: sources -->")]
+    {
+        let page = std::fs::read_to_string(root().join(path)).unwrap();
+        let filled = twobounce::lab::table::fill(&page, |name, _| table(name, root())).unwrap();
+        let again = "run `cargo run --release --example pages -- devices`";
+        assert!(page.contains(mark) && page == filled, "{path} differs from this: {again}\n{filled}");
+    }
 }
 
 #[test]

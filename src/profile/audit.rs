@@ -140,6 +140,7 @@ fn uses(command: &CommandLog, name: &str) -> bool {
     let bound = |resources: &[(String, Vec<String>)]| resources.iter().flat_map(|r| &r.1).any(|label| is(label, name));
     match command {
         CommandLog::Copy { from, to, .. } => is(from, name) || is(to, name),
+        CommandLog::Build { structure, uses } => is(structure, name) || uses.iter().any(|label| is(label, name)),
         CommandLog::Draw(draw) => {
             let drawn = draw.target.colors.iter().chain(&draw.target.depth);
             let into = |a: &AttachmentLog| is(&a.image, name) || a.resolve.as_ref().is_some_and(|r| is(r, name));

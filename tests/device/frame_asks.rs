@@ -44,7 +44,7 @@ fn nothing_runs_or_is_taken_that_nothing_asks_for() {
 /// Each thing added to a scene adds what it needs to the frame, and nothing else: no passes, and bytes of its own kind.
 #[test]
 fn what_a_scene_has_adds_what_it_asks_for() {
-    const THING: [&str; 9] = [
+    const THING: [&str; 12] = [
         "materials",
         "record draws",
         "scene indices",
@@ -54,6 +54,10 @@ fn what_a_scene_has_adds_what_it_asks_for() {
         "tree links",
         "triangles",
         "triangles' attributes",
+        // Where the device traces rays.
+        "query corners",
+        "acceleration structure",
+        "acceleration scratch",
     ];
     let own = |name: &str| -> &[&str] {
         match name {

@@ -130,7 +130,8 @@ fn no_ray_through_a_thicket_is_cut_off() {
     scene.add_mesh(Mesh::quad("floor", floor, Vec3::ZERO, 16.0 * Vec3::Z, 16.0 * Vec3::X), DAffine3::IDENTITY);
     scene.sky = Vec3::splat(0.5);
     let context = gpu::counting();
-    let rows = counted(&context, &scene, &gpu::with(Settings::accurate(), &["voxels=16"]));
+    let settings = gpu::with(Settings::accurate(), &["voxels=16", "rays.tracer=tree"]);
+    let rows = counted(&context, &scene, &settings);
     assert_eq!(context.take_validation_messages(), Vec::<String>::new());
     let sum = |of: fn(&Counts) -> u64| rows.iter().map(|row| of(&row.1)).sum::<u64>();
     println!("{} rays cut off, {} steps", sum(|c| c.rays_cut), sum(|c| c.ray_steps));

@@ -27,9 +27,13 @@ impl Recorder {
     pub fn build(&mut self, structure: &Structure, corners: &Corners<'_>) {
         let (scratch, aligned) = (structure.scratch.address(), self.context().capabilities.scratch_alignment);
         let scratch = scratch.next_multiple_of(aligned);
+        let given = [corners.indices, corners.positions, &structure.scratch];
         self.build_one(&structure.triangles, &structure.desc().parts(Some(corners)), scratch);
+        self.log_build(&structure.triangles, given.map(|buffer| buffer.label().to_owned()).into());
         self.full_barrier(); // the structure over it reads it, and is built in the same memory
         self.build_one(&structure.top, &structure.desc().top(structure.instance.address()), scratch);
+        let given = [structure.instance.label(), structure.scratch.label(), &structure.triangles.label];
+        self.log_build(&structure.top, given.map(str::to_owned).into());
         for buffer in [corners.indices, corners.positions, &structure.instance, &structure.scratch] {
             self.keep(buffer.raw.clone());
         }
@@ -44,6 +48,9 @@ impl Recorder {
         unsafe {
             functions(self.context()).cmd_build_acceleration_structures(self.handle, &[info], &[parts.ranges()]);
         }
-        self.log(|| CommandLog::Build { structure: structure.label.clone() });
+    }
+
+    fn log_build(&mut self, structure: &RawStructure, uses: Vec<String>) {
+        self.log(|| CommandLog::Build { structure: structure.label.clone(), uses });
     }
 }

@@ -97,6 +97,8 @@ pub enum CommandLog {
     /// An acceleration structure is built.
     Build {
         structure: String,
+        /// Labels of the buffers and structures that the build reads or works in.
+        uses: Vec<String>,
     },
     Draw(DrawLog),
     Dispatch(DispatchLog),

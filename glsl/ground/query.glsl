@@ -58,8 +58,9 @@ RayHit query_ray(vec3 origin, vec3 d, float least) {
     float from = max(w.enter, least);
     float to = w.leave;
     // A ray that goes on behind a triangle meets it once more, by a hair.
-    uint flags = least > 0.0 ? gl_RayFlagsNoOpaqueEXT
-        : feature(FEATURE_MASK) ? gl_RayFlagsNoneEXT : gl_RayFlagsOpaqueEXT;
+    uint flags = least > 0.0    ? gl_RayFlagsNoOpaqueEXT
+        : feature(FEATURE_MASK) ? gl_RayFlagsNoneEXT
+                                : gl_RayFlagsOpaqueEXT;
     uint rounds = w.node != 0u && from < to ? 2u : 0u;
     for (uint round = 0u; round < rounds; round++) {
         rayQueryEXT query;
@@ -86,7 +87,7 @@ RayHit query_ray(vec3 origin, vec3 d, float least) {
         if (round == 0u && any) {
             float t = rayQueryGetIntersectionTEXT(query, true);
             first = RayHit(queried(rayQueryGetIntersectionGeometryIndexEXT(query, true),
-                rayQueryGetIntersectionPrimitiveIndexEXT(query, true)),
+                               rayQueryGetIntersectionPrimitiveIndexEXT(query, true)),
                 rayQueryGetIntersectionBarycentricsEXT(query, true), t);
             from = max(from, t - query_rounding(t));
             to = min(to, t + query_rounding(t));

@@ -270,7 +270,7 @@ impl Claim {
         self.files.bounces.map(Depth::Bounces).or_else(own).unwrap_or(Depth::Full)
     }
 
-    /// Whose direct light is subtracted; `None` where the indirect light is not judged.
+    /// The direct light that is subtracted; `None` where the indirect light is not judged.
     pub fn subtract(&self, scene: &ChartScene) -> Option<Subtract> {
         match self.files.direct {
             Direct::Layer => Some(Subtract::in_scene(&scene.scene)),

@@ -223,8 +223,8 @@ impl Row {
         if let Source::PathTracer { paths } = &self.source { Some(*paths) } else { None }
     }
 
-    /// Whose times may be compared with this row's; `None` for a time that was given: it stands beside those of every
-    /// place.
+    /// The place of measurement: times of one place may be compared. `None` for a time that was given: it stands
+    /// beside those of every place.
     pub fn place(&self) -> Option<[&str; 3]> {
         self.origin.as_ref().map(Origin::place)
     }

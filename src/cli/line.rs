@@ -153,7 +153,7 @@ impl Shown {
         })
     }
 
-    /// What is being made, and how long the whole work still takes; where that is not known, how long it has taken.
+    /// The work at hand, and the time that the whole of it still takes; where this is not known, the time so far.
     fn words(&self, now: Instant, verbose: bool) -> String {
         let mut words = self.text.clone();
         match &self.pass {

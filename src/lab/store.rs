@@ -94,7 +94,7 @@ impl Origin {
         Self { unix_s: unix_s(), ..self.clone() }
     }
 
-    /// Whose times may be compared: those of one device in one machine.
+    /// The place of measurement, a device in a machine: times of one place may be compared.
     pub fn place(&self) -> [&str; 3] {
         [&self.machine, &self.device, &self.driver]
     }

@@ -13,7 +13,7 @@ use crate::settings::{LampLight, Settings, Shadows};
 /// The entry in an image's header that holds [`changes`] of its settings.
 pub const HEADER: &str = "equalTerms";
 
-/// Whose direct light is subtracted from an image to leave its indirect light. The reference's own is subtracted from
+/// The image of which the direct light is subtracted from an image to leave its indirect light. The reference's own is subtracted from
 /// the reference either way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subtract {
@@ -25,7 +25,7 @@ pub enum Subtract {
 }
 
 impl Subtract {
-    /// Whose direct light is subtracted in images of a scene.
+    /// The choice for images of a scene.
     pub fn in_scene(scene: &Scene) -> Self {
         if scene.sky == Vec3::ZERO { Self::Own } else { Self::OfReference }
     }

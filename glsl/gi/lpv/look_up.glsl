@@ -24,7 +24,8 @@ Found nothing_found() {
     return Found(vec4[6](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0)));
 }
 
-void add_found(inout Found sum, Found f, float weight) {
+// `weight`: of the colours, and of the sky's share.
+void add_found(inout Found sum, Found f, vec4 weight) {
     for (int k = 0; k < 6; k++) {
         sum.parts[k] += weight * f.parts[k];
     }
@@ -67,13 +68,20 @@ Found found_around(uint cascade, vec3 at, vec3 n) {
     for (int k = 0; k < 8; k++) {
         ivec3 step = ivec3(k & 1, (k >> 1) & 1, k >> 2);
         ivec3 cell = clamp(corner + step, ivec3(0), ivec3(LPV_EDGE - 1u));
-        add_found(sum, found_in(cascade, cell), APPLY == APPLY_FLUX ? weights[k] / open : weights[k]);
+        add_found(sum, found_in(cascade, cell), vec4(APPLY == APPLY_FLUX ? weights[k] / open : weights[k]));
     }
     return sum;
 }
 
 // Cells that one of the grids keeps off its border, and over which the next coarser one takes over.
 const float BLENDED_CELLS = 2.0;
+
+// Share of the light a cell off a facet that no surface keeps from it. Without this a wall of two sheets within a cell
+// would mirror what comes to it twice: both sheets find the light of the room before them.
+vec4 free_before(vec3 position, vec3 facet, float cell) {
+    vec3 free = APPLY == APPLY_FLUX ? trace_shadow_ray(ray_start(position, facet, facet), facet, cell) : vec3(1.0);
+    return vec4(free, brightest(free));
+}
 
 // Light that travels in front of a surface: a cell off its facet, where its own cells are left out, or half a cell off
 // along its shading normal: a buffer of perturbed normals knows no facet.
@@ -87,7 +95,8 @@ Found found_before(vec3 position, vec3 facet, vec3 normal) {
         float taken =
             k + 1u == CASCADES ? 1.0 : clamp(min(inside.x, min(inside.y, inside.z)) / BLENDED_CELLS, 0.0, 1.0);
         if (taken > 0.0) {
-            add_found(sum, found_around(k, at, normal), left * taken);
+            vec4 free = free_before(position, facet, 1.0 / cascades[k].w); // voxels
+            add_found(sum, found_around(k, at, normal), left * taken * free);
         }
         left *= 1.0 - taken;
     }
@@ -133,17 +142,8 @@ vec3 with_sky(vec4 found, Surface s, vec3 d, float bright) {
     return found.rgb + found.a * sky_about(d, ggx_aperture(s.roughness), bright);
 }
 
-// Share of the light a cell off a surface that nothing keeps from it. Without this a wall of two sheets within a cell
-// would mirror what comes to it twice: both sheets find the light of the room before them.
-vec3 free_before(Surface s) {
-    float cell = 1.0 / cascades[0].w; // voxels
-    return APPLY == APPLY_FLUX ? trace_shadow_ray(ray_start(s.position, s.facet, s.facet), s.facet, cell) : vec3(1.0);
-}
-
 vec4 look_up_diffuse(Surface s, uvec3 place) {
     vec4 found = irradiance_of(found_before(s.position, s.facet, s.normal), s.normal) / PI;
-    vec3 free = free_before(s);
-    found *= vec4(free, brightest(free));
     found.a = min(found.a, 1.0);
     return vec4(found.rgb + found.a * sky_over(s.normal), found.a); // from all around
 }

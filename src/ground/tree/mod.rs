@@ -41,7 +41,7 @@ pub struct Tree {
     maker: Maker,
 }
 
-/// What puts boxes about the triangles.
+/// The part that puts boxes about the triangles.
 enum Maker {
     /// Nothing: there are no rays.
     None,
@@ -121,7 +121,7 @@ impl Tree {
         });
     }
 
-    /// What rays read.
+    /// The resources that rays read.
     pub fn binds(&self) -> Vec<Bind<'_>> {
         let mut binds = vec![Bind::buffer("tree_links", &self.links), Bind::buffer("tree_boxes", &self.boxes)];
         if let Maker::Driver(queries) = &self.maker {

@@ -52,7 +52,7 @@ features! {
     synchronization2 "synchronization2",
     /// Buffers have addresses, by which acceleration structures are made of them.
     buffer_device_address "bufferDeviceAddress",
-    /// What [`ray_query`](Self::ray_query) goes through.
+    /// Acceleration structures, through which [`ray_query`](Self::ray_query) goes.
     acceleration_structure "accelerationStructure",
     /// Rays are the device's own queries, where settings ask for that or leave it open
     /// ([`Tracer`](crate::settings::Tracer)).

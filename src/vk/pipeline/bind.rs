@@ -30,7 +30,7 @@ impl<'a> Bind<'a> {
         Self { buffer: Some(buffer), ..Self::storage_images(name, []) }
     }
 
-    /// What ray queries go through.
+    /// The acceleration structure that ray queries go through.
     pub fn structure(name: &'a str, structure: &'a Structure) -> Self {
         Self { structure: Some(structure), ..Self::storage_images(name, []) }
     }

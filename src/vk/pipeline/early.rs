@@ -35,7 +35,7 @@ fn id_at(i: &Instruction, place: usize) -> Word {
 struct Early {
     /// The next id.
     bound: Word,
-    /// What stands outside of the module's functions, by its id.
+    /// Types, constants and variables outside of the module's functions, by their ids.
     known: HashMap<Word, Instruction>,
     /// Types and constants that the module lacks.
     globals: Vec<Instruction>,
@@ -143,7 +143,7 @@ impl Early {
         }
     }
 
-    /// What an instruction loads, if these are numbers.
+    /// The type of the numbers that an instruction loads; `None` if it loads something else.
     fn loads(&self, i: &Instruction) -> Option<Number> {
         let kind = i.result_type.filter(|_| i.class.opcode == Op::Load)?;
         self.number(kind)
@@ -183,7 +183,7 @@ impl Early {
         self.compute(add, kind, &[value, zero])
     }
 
-    /// What a type consists of; `None` if it is no number of 32 bits and no vector of such numbers.
+    /// The parts of a type; `None` if it is no number of 32 bits and no vector of such numbers.
     fn number(&self, kind: Word) -> Option<Number> {
         let i = self.known.get(&kind)?;
         match (i.class.opcode, &i.operands[..]) {

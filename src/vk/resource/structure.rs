@@ -66,7 +66,7 @@ pub(in crate::vk) fn functions(context: &Context) -> &ash::khr::acceleration_str
     context.structures.as_ref().expect("ray queries are enabled")
 }
 
-/// What one of the two is built of.
+/// The input from which one of the two structures is built.
 #[derive(Default)]
 pub(in crate::vk) struct Parts {
     geometries: Vec<vk::AccelerationStructureGeometryKHR<'static>>,

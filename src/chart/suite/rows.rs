@@ -1,196 +1,16 @@
-//! The suite: scenes with cameras, references that know their own error, and rows of anybody's images.
-//!
-//! `suite/suite.toml` lists the scenes. A reference is the mean of traces with other seeds, and their spread is its
-//! standard error. Every row is held against all light by the definition that all charts share.
+//! Rows of the suite, `rows.csv`, and the pages that show them.
 
 use std::cmp::Reverse;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use glam::DVec3;
-use serde::Deserialize;
-
-use super::export::short;
-use super::measure::{ChartScene, Images, ReferenceImage, errors};
-use super::row::{Errors, Row, Source};
-use crate::error::said;
+use super::{Entry, Suite};
+use crate::chart::export::short;
+use crate::chart::measure::ChartScene;
+use crate::chart::row::{Errors, Row, Source};
 use crate::lab::table;
-use crate::layers::{Layers, relative_noise};
-use crate::measure::metrics::noise_in_rel;
-use crate::output::exr::Metadata;
 use crate::output::{file, read};
-use crate::reference::Depth;
-use crate::settings::{Bounces, Settings};
 use crate::{Error, Result};
-
-/// The content of `suite.toml`.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Suite {
-    /// Sides of the square images in pixels. The first one is traced, the others are its means.
-    pub sides: Vec<u32>,
-    /// A trace for each seed.
-    pub seeds: Vec<u64>,
-    /// Set in every preset that is rendered.
-    pub settings: Vec<String>,
-    #[serde(rename = "scene")]
-    pub scenes: Vec<Entry>,
-    #[serde(skip)]
-    folder: PathBuf,
-}
-
-/// A scene of the suite. The camera is that of its file, in numbers that every program can use.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Entry {
-    pub name: String,
-    /// From the suite's folder.
-    pub file: PathBuf,
-    /// The moment within the file's animation.
-    pub time_s: f64,
-    pub eye: [f64; 3],
-    pub target: [f64; 3],
-    pub up: [f64; 3],
-    /// Vertical.
-    pub fov_degrees: f64,
-    /// Of each trace, a pixel.
-    pub samples: u32,
-}
-
-impl Suite {
-    /// Reads `suite.toml` of a folder.
-    ///
-    /// # Errors
-    /// [`Error::File`]: it cannot be read, or is no such file.
-    pub fn read(folder: &Path) -> Result<Self> {
-        let path = folder.join("suite.toml");
-        let wrong =
-            |why: &str| Error::file(&path, format!("{why}; write it as this project's suite/suite.toml is written"));
-        let suite: Self =
-            toml::from_str(&read::text(&path, "list of scenes")?).map_err(|e| wrong(&said(&e.message())))?;
-        let divides = |side: &u32| *side > 0 && suite.sides[0].is_multiple_of(*side);
-        match suite.seeds.len() > 1 && !suite.sides.is_empty() && suite.sides.iter().all(divides) {
-            true => Ok(Self { folder: folder.to_owned(), ..suite }),
-            false => Err(wrong("has fewer than two seeds, no sides, or a side that does not divide the first one")),
-        }
-    }
-
-    /// The scenes of these names; all where none is given.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] for a name that no scene has.
-    pub fn named(&self, names: &[String]) -> Result<Vec<&Entry>> {
-        let all: Vec<&str> = self.scenes.iter().map(|scene| scene.name.as_str()).collect();
-        let find = |name: &String| {
-            let wrong = || Error::Usage(format!("the suite has no scene {name:?}; name one of {}", all.join(", ")));
-            self.scenes.iter().find(|scene| scene.name == *name).ok_or_else(wrong)
-        };
-        if names.is_empty() { Ok(self.scenes.iter().collect()) } else { names.iter().map(find).collect() }
-    }
-
-    /// The file of a scene.
-    pub fn path(&self, scene: &Entry) -> PathBuf {
-        self.folder.join(&scene.file)
-    }
-
-    /// The files of a reference: the image, and the standard error of its values.
-    pub fn files(&self, scene: &Entry, side: u32) -> [PathBuf; 2] {
-        ["", "-error"].map(|end| self.folder.join(format!("references/{}-{side}{end}.exr", scene.name)))
-    }
-
-    /// A reference of all light, as it was written.
-    ///
-    /// # Errors
-    /// [`Error::File`]: it is missing, or is not of this size.
-    pub fn reference(&self, scene: &Entry, side: u32) -> Result<ReferenceImage> {
-        let read = |path: PathBuf| match Layers::read_exr(&path) {
-            Ok((layers, _)) if (layers.width, layers.height) == (side, side) => Ok(layers),
-            _ => {
-                let text = format!("is missing or damaged; make it with `twobounce suite {} --references`", scene.name);
-                Err(Error::file(path, text))
-            }
-        };
-        let [image, error] = self.files(scene, side).map(read);
-        let (layers, error) = (image?, error?);
-        let (noise, noise_in_rel) = (noise(&layers, &error), noise_in_rel(&layers, error.beauty()));
-        Ok(ReferenceImage { depth: Depth::Full, noise, layers, noise_in_rel })
-    }
-
-    /// Writes the references of all sides from traces of the first one. `header`: of the image.
-    ///
-    /// # Errors
-    /// [`Error::File`]: a file cannot be written.
-    pub fn write_references(&self, scene: &Entry, traces: &[Layers], header: &Metadata) -> Result<()> {
-        file::create_folder(&self.folder.join("references"))?;
-        for &side in &self.sides {
-            let [image, error] = &mean(traces, side);
-            let mut header = header.clone();
-            header.insert("noise".into(), format!("{:.6}", noise(image, error)));
-            let [image_file, error_file] = self.files(scene, side);
-            error.write_exr(&error_file, &header)?;
-            image.write_exr(&image_file, &header)?;
-        }
-        Ok(())
-    }
-
-    /// The settings of a row: a preset, those of the suite, then `sets`.
-    ///
-    /// # Errors
-    /// [`Error::Usage`]: there is no such preset or setting, or the light is not all light.
-    pub fn row(&self, preset: &str, sets: &[String]) -> Result<Row> {
-        let mut settings = Settings::preset(preset)?;
-        self.settings.iter().chain(sets).try_for_each(|set| settings.set(set))?;
-        match settings.bounces {
-            Bounces::All => Ok(Row::of_settings(preset, sets, settings)),
-            _ => Err(Error::Usage("--set bounces: the references hold all light; leave it out".into())),
-        }
-    }
-}
-
-/// Root mean square of the pixels' relative error.
-fn noise(image: &Layers, error: &Layers) -> f64 {
-    let wide = |pixel: &[f32; 3]| DVec3::from(pixel.map(f64::from));
-    relative_noise(image.beauty().iter().zip(error.beauty()).map(|(value, error)| (wide(value), wide(error))))
-}
-
-/// The mean of traces of a square image and the standard error of that mean, with this side.
-fn mean(traces: &[Layers], side: u32) -> [Layers; 2] {
-    // Bits of a mantissa, so that files are small: a half has as many, and an error of few traces is not known better.
-    const VALUE_BITS: u32 = 10;
-    const ERROR_BITS: u32 = 3;
-    let (n, first) = (traces.len() as f64, &traces[0]);
-    let (mut image, mut error) = (Layers::new(side, side, vec![]), Layers::new(side, side, vec![]));
-    image.layers.clear();
-    for (at, (aov, _)) in first.layers.iter().enumerate() {
-        let small: Vec<Vec<DVec3>> =
-            traces.iter().map(|trace| shrunk(&trace.layers[at].1, trace.width, side)).collect();
-        let of_all = |pixel: usize| small.iter().map(move |trace| trace[pixel]);
-        let means: Vec<DVec3> = (0..small[0].len()).map(|pixel| of_all(pixel).sum::<DVec3>() / n).collect();
-        if at == 0 {
-            let square = |pixel: usize| of_all(pixel).map(|value| (value - means[pixel]).powf(2.0)).sum::<DVec3>();
-            let errors = (0..means.len()).map(|pixel| (square(pixel) / (n * (n - 1.0))).powf(0.5));
-            error.layers[0].1 = errors.map(|value| rounded(value, ERROR_BITS)).collect();
-        }
-        image.layers.push((*aov, means.iter().map(|value| rounded(*value, VALUE_BITS)).collect()));
-    }
-    [image, error]
-}
-
-/// A square image whose pixels are means over blocks of another one's.
-fn shrunk(pixels: &[[f32; 3]], from: u32, side: u32) -> Vec<DVec3> {
-    let (step, mut sums) = (from / side, vec![DVec3::ZERO; (side * side) as usize]);
-    for (at, pixel) in pixels.iter().enumerate() {
-        let (x, y) = (at as u32 % from / step, at as u32 / from / step);
-        sums[(y * side + x) as usize] += DVec3::from(pixel.map(f64::from)) / f64::from(step * step);
-    }
-    sums
-}
-
-/// The nearest values with so many bits after the first of the mantissa.
-fn rounded(value: DVec3, bits: u32) -> [f32; 3] {
-    let unit = 1 << (f32::MANTISSA_DIGITS - 1 - bits);
-    value.as_vec3().to_array().map(|value| f32::from_bits((value.to_bits() + unit / 2) & !(unit - 1)))
-}
 
 /// The columns of `rows.csv`: what a row is, then its errors against all light. Docs: `suite/README.md`.
 pub const COLUMNS: [&str; 17] = [
@@ -226,7 +46,7 @@ impl Line {
         self.cell(column).parse().unwrap_or(f64::NAN)
     }
 
-    /// What no two rows share.
+    /// The cells in which no two rows agree.
     fn identity(&self) -> [&str; 5] {
         ["scene", "side_pixels", "name", "device", "by"].map(|column| self.cell(column))
     }
@@ -234,6 +54,11 @@ impl Line {
     /// A cell for a Markdown page, in which a given text is no markup.
     fn shown(&self, column: &str) -> String {
         self.cell(column).replace('\\', "\\\\").replace('|', "\\|").replace('<', "&lt;")
+    }
+
+    /// The cells that head a row of the overview, as it is sorted: source, name and device.
+    fn names(&self) -> [String; 3] {
+        ["source", "name", "device"].map(|column| self.shown(column))
     }
 
     /// A number with so many digits after the point.
@@ -326,15 +151,11 @@ impl Rows {
     fn overview(&self, suite: &Suite) -> String {
         let is_large = |line: &&Line| line.number("side_pixels") == f64::from(suite.sides[0]);
         let large: Vec<&Line> = self.0.iter().filter(is_large).collect();
-        let mut names: Vec<[String; 3]> =
-            large.iter().map(|line| ["source", "name", "device"].map(|column| line.shown(column))).collect();
+        let mut names: Vec<[String; 3]> = large.iter().map(|line| line.names()).collect();
         names.sort();
         names.dedup();
         let cell = |names: &[String; 3], scene: &Entry| {
-            let of = |line: &&&Line| {
-                line.cell("scene") == scene.name
-                    && ["source", "name", "device"].map(|column| line.shown(column)) == *names
-            };
+            let of = |line: &&&Line| line.cell("scene") == scene.name && line.names() == *names;
             large.iter().find(of).map_or(table::MISSING.to_owned(), |line| line.rounded("total_rel", 3))
         };
         let row = |names: &[String; 3]| {
@@ -405,14 +226,6 @@ pub struct Judged {
     pub device: String,
 }
 
-/// The errors of a row's images against all light.
-///
-/// # Errors
-/// [`Error::Usage`] for an image without a finite pixel.
-pub fn judge(scene: &ChartScene, row: &Row, images: &Images) -> Result<Errors> {
-    errors(images, row.subtract(scene), &scene.references[0])
-}
-
 fn cameras(suite: &Suite) -> String {
     let point = |point: &[f64; 3]| point.map(|value| value.to_string()).join(", ");
     let row = |scene: &Entry| {
@@ -439,30 +252,4 @@ fn references(suite: &Suite) -> Result<String> {
     }
     let head = ["scene", "pixels", "paths a pixel", "noise", "most noise in (a)", "most noise in (b)"];
     Ok(table::markdown(head, "--:", rows))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::layers::Aov;
-
-    #[test]
-    fn a_reference_is_a_mean_and_its_standard_error() {
-        let trace = |values: [f32; 4]| {
-            let pixels = values.map(|value| [value; 3]).to_vec();
-            Layers { width: 2, height: 2, layers: vec![(Aov::Beauty, pixels.clone()), (Aov::Direct, pixels)] }
-        };
-        let traces = [trace([1.0, 1.0, 1.0, 1.0]), trace([3.0, 1.0, 1.0, 3.0])];
-        let [image, error] = mean(&traces, 2);
-        assert_eq!(image.beauty().iter().map(|p| p[0]).collect::<Vec<_>>(), [2.0, 1.0, 1.0, 2.0]);
-        assert_eq!(image.get(Aov::Direct), Some(image.beauty()));
-        // Two values that are 2 apart: their variance is 2, that of their mean 1.
-        assert_eq!(error.beauty().iter().map(|p| p[0]).collect::<Vec<_>>(), [1.0, 0.0, 0.0, 1.0]);
-        let [image, error] = mean(&traces, 1);
-        // The pixel's two values are 1 and 2.
-        assert_eq!((image.beauty()[0][0], error.beauty()[0][0]), (1.5, 0.5));
-        let step = 1.0 / 1024.0; // between 1 and 2, of 10 bits
-        let values = DVec3::new(1.0 + 0.4 * step, 1.0 + 0.6 * step, -1.01);
-        assert_eq!(rounded(values, 10), [1.0, 1.0 + step as f32, -1.0097656]);
-    }
 }

@@ -92,9 +92,16 @@ vec3 item_direct_light(Surface s, Lobes lobes, uint place) {
     return sent * frame.scale;
 }
 
+void keep_direct(uint place, vec3 stored) {
+    if (DIRECT == DIRECT_KEPT) {
+        direct_light[place] = stored;
+    }
+}
+
 // Light that one side sends: stored radiance, not yet times opacity. `place`: among the direct lights.
 vec3 light_side(Surface s, uvec3 voxel, uint place) {
     if (s.unlit) {
+        keep_direct(place, vec3(0.0));
         return vec3(0.0); // neither lit nor lighting
     }
     Lobes lobes = lobes_at(s, MEAN_COSINE);
@@ -105,9 +112,7 @@ vec3 light_side(Surface s, uvec3 voxel, uint place) {
     } else {
         stored = item_direct_light(s, lobes, place);
     }
-    if (DIRECT == DIRECT_KEPT) {
-        direct_light[place] = stored;
-    }
+    keep_direct(place, stored);
 #ifdef LOOK_UP
     vec3 specular = feature(FEATURE_SPECULAR) ? lobes.specular : vec3(0.0);
     vec3 evenly = s.diffuse * lobes.diffuse + lobes.sheen;
@@ -170,7 +175,11 @@ ItemLight light_item(uint index, uint triangle, mat3 corners, uvec3 voxel) {
         keep_no_lobe(2u * index + 1u);
     }
 #endif
-    for (uint side = 0u; side < (fills ? two_sided ? 2u : 1u : 0u); side++) {
+    uint sides = fills ? two_sided ? 2u : 1u : 0u;
+    for (uint side = sides; side < 2u; side++) {
+        keep_direct(2u * index + side, vec3(0.0)); // mirrors may show glass, which keeps no light
+    }
+    for (uint side = 0u; side < sides; side++) {
         front = back;
         back = light_side(s, voxel, 2u * index + side);
         s.normal = -s.normal;

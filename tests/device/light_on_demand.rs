@@ -12,7 +12,7 @@ use twobounce::ground::layout::{Globals, ItemLight, ItemPart, ListItem};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{Bounds, Scene, View};
 use twobounce::settings::Settings;
-use twobounce::vk::download;
+use twobounce::vk::{download, upload_into};
 
 /// The bits of an item that the first and the second bounce light: `ASKED_FIRST` and `ASKED_SECOND` in `glsl/ground/ask.glsl`.
 const ASKED: [u32; 2] = [1, 2];
@@ -129,4 +129,21 @@ fn with_all_bounces_what_comes_into_view_is_lit_in_its_first_frame() {
             assert_eq!(off, 0, "pose {number}: so many of {} values differ; {passes:?}", whole.len());
         }
     }
+}
+
+/// A mirror that shows another one shows direct light, of glass too, which keeps none: what was in the memory before must not
+/// come into the image.
+#[test]
+fn mirrors_show_no_light_that_nothing_wrote() {
+    let (context, scene) = (gpu::context(), asset("gallery.glb"));
+    let (pose, settings) = (scene.pose(None, 0.0), gpu::with(Settings::default(), &["voxels=32"]));
+    let view = scene.view(&pose, 0);
+    let mut renderer = gpu::render_from(&context, &scene, &settings, 96, view.clone());
+    let first = renderer.read().beauty().to_vec();
+    let light = &renderer.ground().base().direct_light;
+    upload_into(&context, light, &vec![f32::NAN; light.bytes() as usize / size_of::<f32>()]).expect("an upload");
+    renderer.make_anew();
+    renderer.render(&pose, &view).expect("a frame");
+    assert!(renderer.read().beauty() == first, "the light that was there before is in the image");
+    gpu::assert_clean(&context);
 }

@@ -138,7 +138,7 @@ fn mirrors_show_no_light_that_nothing_wrote() {
     let (context, scene) = (gpu::context(), asset("gallery.glb"));
     let (pose, settings) = (scene.pose(None, 0.0), gpu::with(Settings::default(), &["voxels=32"]));
     let view = scene.view(&pose, 0);
-    let mut renderer = gpu::render_from(&context, &scene, &settings, 96, view.clone());
+    let mut renderer = gpu::render_from(&context, &scene, &settings, 96, view);
     let first = renderer.read().beauty().to_vec();
     let light = &renderer.ground().base().direct_light;
     upload_into(&context, light, &vec![f32::NAN; light.bytes() as usize / size_of::<f32>()]).expect("an upload");

@@ -23,7 +23,8 @@ uint share_start(uint count, uint share) {
 }
 
 void main() {
-    uint count = cell_counts[LISTED].count;
+    // A frame whose lists are too short is made again.
+    uint count = globals.item_overflow == 0u ? cell_counts[LISTED].count : 0u;
     uint blocks = (count + 63u) / 64u;
     uint first = share_start(count, push.first);
     uint end = push.end == ITEM_SHARES ? blocks : share_start(count, push.end);

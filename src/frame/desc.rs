@@ -2,7 +2,7 @@
 
 use crate::gi::{Gi, Wants};
 use crate::ground::constants::{Features, constants, with};
-use crate::ground::expected_items::expected_items;
+use crate::ground::expected_items::{Expected, expected_items};
 use crate::ground::grid::Grid;
 use crate::ground::image::ImagePassDesc;
 use crate::ground::image::target::{self, ImageShape};
@@ -81,15 +81,16 @@ fn first_counts(desc: &FrameDesc, features: Features, lamps: &Lamps, trees: &Tre
     let tree = if wants.rays && query.is_none() { trees.size(desc.scene) } else { TreeSize::default() };
     // A grid that cannot be placed is refused where it is made.
     let grid = Grid::place(desc.bounds, desc.settings).ok();
-    let items = grid.map_or(0.0, |grid| expected_items(desc.scene, &trees.world_from_instance, &grid));
+    let expected =
+        grid.map_or(Expected::default(), |grid| expected_items(desc.scene, &trees.world_from_instance, &grid));
     // A sixteenth to spare, for twins and for walls that stand in planes between voxels.
-    let room = ((items * 17.0 / 16.0) as u32).max(1 << 16);
+    let room = ((expected.items * 17.0 / 16.0) as u32).max(1 << 16);
     let list = ListCapacity { items: room, cells: 1 << 15, boxes: grid.map_or(0, |grid| grid.boxes) };
     let lists = vec![list; 1 + wants.grids.len()];
     let (width, height) = desc.size;
     let samples = width.saturating_mul(height).saturating_mul(desc.settings.image.samples);
     let lamps = lamps.count(desc.settings.lights.lamp_points);
-    Counts { expected_items: items as u32, query, ..Counts::of(desc.scene, lamps, tree, lists, samples) }
+    Counts { expected_sides: expected.sides as u32, query, ..Counts::of(desc.scene, lamps, tree, lists, samples) }
 }
 
 pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Result<GroundDesc> {
@@ -162,10 +163,10 @@ pub(super) fn image_pass_desc<'a>(desc: &FrameDesc<'a>, method: &dyn Gi, counts:
     }
 }
 
-/// Whether asking for light takes longer than lighting everything: the image has more than an eighth as many pixels and
-/// rays as the lists are expected to hold items (`docs/notes/costs.md` has the measurements).
+/// Whether asking for light takes longer than lighting everything: the image has more than a tenth as many pixels and
+/// rays as the lists are expected to hold sides that send light (`docs/notes/costs.md` has the measurements).
 fn sees_most(desc: &FrameDesc, counts: &Counts) -> bool {
     let (width, height) = desc.size;
     let rays = shape(desc).gathered_pixels() * u64::from(desc.settings.of.rays.diffuse);
-    8 * (rays + u64::from(width) * u64::from(height)) > u64::from(counts.expected_items)
+    10 * (rays + u64::from(width) * u64::from(height)) > u64::from(counts.expected_sides)
 }

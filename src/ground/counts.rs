@@ -38,8 +38,8 @@ pub struct Counts {
     pub blended_parts: u32,
     /// Of every grid, the base grid first.
     pub lists: Vec<ListCapacity>,
-    /// Items that the base grid was expected to list before anything was.
-    pub expected_items: u32,
+    /// Sides of items that send light, as many as the base grid was expected to list before anything was.
+    pub expected_sides: u32,
 }
 
 impl Counts {
@@ -65,7 +65,7 @@ impl Counts {
             blended_samples: seen_blended.min(MOST_AT_ONCE),
             blended_parts: seen_blended.div_ceil(MOST_AT_ONCE).clamp(1, BLENDED_LAYERS),
             lists,
-            expected_items: 0,
+            expected_sides: 0,
         }
     }
 

@@ -13,9 +13,16 @@ use crate::scene::{Instance, Scene};
 /// Instances that one thread takes at a time.
 const PART: usize = 1 << 12;
 
+/// List items, and the sides of them that send light: two of a double-sided triangle's.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Expected {
+    pub items: f64,
+    pub sides: f64,
+}
+
 /// Over all instances where they stand. Of what reaches beyond the grid, no more is counted than its box has of the
 /// grid.
-pub fn expected_items(scene: &Scene, world_from_instance: &[DAffine3], grid: &Grid) -> f64 {
+pub fn expected_items(scene: &Scene, world_from_instance: &[DAffine3], grid: &Grid) -> Expected {
     let edge = f64::from(grid.edge);
     let of_instance = |(instance, world): (&Instance, &DAffine3)| {
         let voxel_from_object = grid.voxel_from_world() * *world;
@@ -32,14 +39,16 @@ pub fn expected_items(scene: &Scene, world_from_instance: &[DAffine3], grid: &Gr
                 items += 1.0 + extent.element_sum() + area.min(most).element_sum();
             }
         }
-        items
+        let double_sided = scene.materials[mesh.material as usize].double_sided;
+        Expected { items, sides: if double_sided { 2.0 * items } else { items } }
     };
-    let of_part = |(instances, worlds): (&[Instance], &[DAffine3])| -> f64 {
-        instances.iter().zip(worlds).map(of_instance).sum()
+    let sum = |a: Expected, b: Expected| Expected { items: a.items + b.items, sides: a.sides + b.sides };
+    let of_part = |(instances, worlds): (&[Instance], &[DAffine3])| {
+        instances.iter().zip(worlds).map(of_instance).fold(Expected::default(), sum)
     };
     // In a fixed order, so that the sum is always the same.
     let parts = scene.instances.par_chunks(PART).zip(world_from_instance.par_chunks(PART));
-    parts.map(of_part).collect::<Vec<f64>>().into_iter().sum()
+    parts.map(of_part).collect::<Vec<_>>().into_iter().fold(Expected::default(), sum)
 }
 
 #[cfg(test)]
@@ -57,7 +66,7 @@ mod tests {
         scene.add_mesh(Mesh::quad("square", material, corner, Vec3::X * 3.0, Vec3::Y * 3.0), DAffine3::IDENTITY);
         let items = |scale: f64, voxel_m: f64, edge: u32| {
             let grid = Grid { corner: DVec3::ZERO, voxel_m, edge, boxes: 0, about: None };
-            expected_items(&scene, &[DAffine3::from_scale(DVec3::splat(scale))], &grid)
+            expected_items(&scene, &[DAffine3::from_scale(DVec3::splat(scale))], &grid).items
         };
         // Two halves of a square of 6 m: each reaches 1 + 6 + 6 + 18 voxels of 1 m.
         assert_eq!(items(2.0, 1.0, 16), 62.0);

@@ -194,7 +194,7 @@ fn lists_are_as_long_as_geometry_says() {
     let context = gpu::context();
     let renderer = gpu::render(&context, &scene, &metre_grid(32), 16);
     let grid = &renderer.ground().desc.grid;
-    let expected = expected_items(&scene, &scene.pose(None, 0.0).world_from_instance, grid);
+    let expected = expected_items(&scene, &scene.pose(None, 0.0).world_from_instance, grid).items;
     let listed = gpu::listed_pairs(&context, &renderer).len() as f64;
     // The places of some thousand triangles are not all places.
     assert!((listed / expected - 1.0).abs() < 0.02, "{listed} items, {expected} expected");

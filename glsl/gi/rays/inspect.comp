@@ -52,7 +52,7 @@ void main() {
     uvec2 place = push.pixel / push.scale;
     Met met = met_at((vec2(place) + 0.5) * float(push.scale) - 0.5); // the middle of the gathered pixel
     Surface s = evaluate_surface(met.triangle, attributes_of(met.place), met.weights, POINT, met.back);
-    DiffuseRay ray = diffuse_ray(s, diffuse_frame(s, uvec3(place, 0u)), i);
+    DiffuseRay ray = diffuse_ray(s, diffuse_frame(s, uvec3(place, 0u)), i, DIFFUSE_RAYS);
     Met first = meet(trace_ray(s.position + s.facet * ray_start_at(s.position), ray.way, 0.0), ray.way);
     float length_shown = first.any ? first.distance : float(EDGE);
     inspected[i].from = s.position;

@@ -22,13 +22,13 @@ DiffuseFrame diffuse_frame(Surface s, uvec3 place) {
     return DiffuseFrame(tangent_frame(s.normal), fract(interleaved_shift(place) + pass_shift()));
 }
 
-// Ray i of DIFFUSE_RAYS.
-DiffuseRay diffuse_ray(Surface s, DiffuseFrame f, uint i) {
-    vec3 local = cosine_direction(i, DIFFUSE_RAYS, f.shift);
+// Ray i of `count`.
+DiffuseRay diffuse_ray(Surface s, DiffuseFrame f, uint i, uint count) {
+    vec3 local = cosine_direction(i, count, f.shift);
     vec3 d = above_facet(f.basis * local, s.facet);
     vec3 through;
     vec3 seen = trace_light(s.position, s.facet, d, through);
-    vec3 sky = sky_about(d, share_aperture(DIFFUSE_RAYS * INTERLEAVE * INTERLEAVE, local.z), 0.0);
+    vec3 sky = sky_about(d, share_aperture(count * INTERLEAVE * INTERLEAVE, local.z), 0.0);
     return DiffuseRay(d, vec4(seen + through * sky, (through.r + through.g + through.b) / 3.0));
 }
 
@@ -36,22 +36,27 @@ vec4 look_up_diffuse(Surface s, uvec3 place) {
     DiffuseFrame f = diffuse_frame(s, place);
     vec4 sum = vec4(0.0);
     for (uint i = 0u; i < DIFFUSE_RAYS; i++) {
-        sum += (1.0 / float(DIFFUSE_RAYS)) * diffuse_ray(s, f, i).light;
+        sum += (1.0 / float(DIFFUSE_RAYS)) * diffuse_ray(s, f, i, DIFFUSE_RAYS).light;
     }
     return sum;
 }
 
+// Of DIFFUSE_RAYS, the rays of a place among crumbs.
+const uint CRUMB_RAYS = DIFFUSE_RAYS / 4u + 1u;
+
 // As look_up_diffuse; `mirrored`: the part of the rays' light that the surface mirrors towards `view`, for rough lobes.
+// `crumb`: the place lies among surfaces of a pixel or two, of which each would take all rays for itself.
 #define METHOD_GATHERS_LOBES
-vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, out vec3 mirrored) {
+vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, bool crumb, out vec3 mirrored) {
     DiffuseFrame f = diffuse_frame(s, place);
     vec4 sum = vec4(0.0);
     mirrored = vec3(0.0);
-    for (uint i = 0u; i < DIFFUSE_RAYS; i++) {
-        DiffuseRay ray = diffuse_ray(s, f, i);
-        sum += (1.0 / float(DIFFUSE_RAYS)) * ray.light;
+    uint count = crumb ? CRUMB_RAYS : DIFFUSE_RAYS;
+    for (uint i = 0u; i < count; i++) {
+        DiffuseRay ray = diffuse_ray(s, f, i, count);
+        sum += (1.0 / float(count)) * ray.light;
         mirrored += feature(FEATURE_SPECULAR)
-            ? (PI / float(DIFFUSE_RAYS)) * brdf(s, view, ray.way).specular * ray.light.rgb
+            ? (PI / float(count)) * brdf(s, view, ray.way).specular * ray.light.rgb
             : vec3(0.0);
     }
     return sum;

@@ -118,7 +118,7 @@ void main() {
         for (uint k = 0u; k < (gathers(s) ? 1u : 0u); k++) {
             surface = vec4(s.position, pack_normal(s.normal));
 #ifdef METHOD_GATHERS_LOBES
-            light = look_up_for_view(s, view, place, mirrored);
+            light = look_up_for_view(s, view, place, false, mirrored);
 #else
             light = look_up_diffuse(s, place);
 #endif

@@ -14,10 +14,11 @@ struct Gathered {
     bool found_lamps; // for lamps; else a pixel looks for itself
     bool found_lamp_lobes; // and for what lobes mirror of these
     vec3 mirrored; // stored radiance of the specular lobe, where a method gathers for it
+    bool crumb; // nothing was found, and hardly any gathered pixels about this one share light with each other
 };
 
 Gathered nothing_gathered() {
-    return Gathered(vec4(0.0, 0.0, 0.0, 1.0), no_lamp_light(), false, false, false, vec3(0.0));
+    return Gathered(vec4(0.0, 0.0, 0.0, 1.0), no_lamp_light(), false, false, false, vec3(0.0), false);
 }
 
 #ifdef GATHERED
@@ -36,6 +37,8 @@ const float LEAST_LIKENESS = 1e-3;
 const float MIRRORED_ALIKE = 0.5;
 // Gathered pixels beyond the four about a pixel that are looked at where none of these shows its surface.
 const int WIDER = 2;
+// Links among all of these below which a surface is a crumb: a quarter of what one surface has.
+const uint CRUMB_LINKS = uint(2 * (WIDER + 1) * (WIDER + 1));
 // Rows that a band gathers above and below its own, so that no neighbour is missing, nor that of a link.
 const uint GATHER_MARGIN = INTERLEAVE / 2u + 2u + uint(WIDER);
 
@@ -82,6 +85,7 @@ Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal, float alpha) {
     sum.light = vec4(0.0);
     float total = 0.0;
     bool all_count = true;
+    uint links = 0u;
     float least_alike = 1.0;
     vec2 open = vec2(1.0, 0.0); // the least and the largest share of lamps that no shadow takes
     bool asks_rays = LINKED && !all_linked(corner - origin, size - origin);
@@ -99,6 +103,7 @@ Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal, float alpha) {
                 weight *= smoothstep(LEAST_FACING, FACING, dot(normal, other));
                 weight = linked(position, normal, there.xyz, other) ? weight : 0.0;
             }
+            links += uint(bitCount(unpack_links(there.w)));
             total += weight;
             all_count = all_count && (close == 0.0 || weight > 0.0);
             sum.light += weight * texelFetch(shared_light, texel, 0);
@@ -119,6 +124,7 @@ Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal, float alpha) {
         }
     }
     sum.found = total > LEAST_LIKENESS;
+    sum.crumb = LINKED && !sum.found && links < CRUMB_LINKS;
     sum.found_lamps = sum.found && all_count && open.y - open.x < OPEN_APART;
     sum.found_lamp_lobes = sum.found_lamps && least_alike > MIRRORED_ALIKE;
     float mean = sum.found ? 1.0 / total : 0.0;

@@ -84,7 +84,7 @@ void main() {
         uvec3 place = places == 1u ? uvec3(at, 0u) : uvec3(k % INTERLEAVE, k / INTERLEAVE, 0u);
 #ifdef METHOD_GATHERS_LOBES
         vec3 mirrored;
-        gathered += look_up_for_view(s, view, place, mirrored).rgb / float(places);
+        gathered += look_up_for_view(s, view, place, false, mirrored).rgb / float(places);
         viewed.gathered += mirrored / float(places);
 #else
         gathered += look_up_diffuse(s, place).rgb / float(places);

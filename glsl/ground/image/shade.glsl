@@ -131,7 +131,7 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered, bool nearest) {
         uvec3 place = i < near ? uvec3(pixel, 0u) : uvec3(k % INTERLEAVE, k / INTERLEAVE, 0u);
 #ifdef METHOD_GATHERS_LOBES
         vec3 mirrored;
-        vec4 light = look_up_for_view(i < near ? s : far_side(s), view, place, mirrored);
+        vec4 light = look_up_for_view(i < near ? s : far_side(s), view, place, gathered.crumb, mirrored);
         gathered.mirrored = i < near ? mirrored : gathered.mirrored;
 #else
         vec4 light = look_up_diffuse(i < near ? s : far_side(s), place);

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use glam::{DAffine3, Vec3};
 
 use crate::Result;
-use crate::gi::{Gi, Maker, Update};
+use crate::gi::{IndirectMethod, Maker, Update};
 use crate::ground::grid::radiance_scale;
 use crate::ground::image::given::{GivenPass, GivenSurfaces};
 use crate::ground::image::target::{ImageShape, ImageTarget};
@@ -35,7 +35,7 @@ pub use light::{LightProgress, LightRules, LightState, MOST_SETTLING, SETTLED};
 
 pub struct Frame {
     pub ground: Ground,
-    pub method: Box<dyn Gi>,
+    pub method: Box<dyn IndirectMethod>,
     pub target: ImageTarget,
     image: ImagePass,
     settings: Settings,
@@ -50,13 +50,13 @@ pub struct Frame {
     /// Whether all items are lit that may be asked for, where light is made on demand.
     all_lit: bool,
     /// Inputs of the lists and light now on the device; `None` if they must be rebuilt.
-    made_of: Option<MadeOf>,
+    made_of: Option<LightInputs>,
     /// The next frame remakes lists and light, though nothing moved.
     stale: bool,
 }
 
 /// Everything that changes from frame to frame and shows in lists or light: no camera does.
-struct MadeOf {
+struct LightInputs {
     instances: Vec<DAffine3>,
     /// Poses of the scene's deformers.
     deforms: Vec<DeformPose>,
@@ -72,7 +72,7 @@ struct MadeOf {
 
 /// The scene, pose and view that a frame shows.
 #[derive(Clone, Copy)]
-pub struct Seen<'a> {
+pub struct Shot<'a> {
     pub scene: &'a Scene,
     pub pose: &'a Pose,
     pub view: &'a View,
@@ -80,7 +80,7 @@ pub struct Seen<'a> {
     pub image: Option<u32>,
 }
 
-impl<'a> Seen<'a> {
+impl<'a> Shot<'a> {
     /// An image of one pass.
     pub fn new(scene: &'a Scene, pose: &'a Pose, view: &'a View) -> Self {
         Self { scene, pose, view, image: Some(0) }
@@ -145,7 +145,7 @@ impl Frame {
 
     /// Records the lists of such a frame alone: what is too small can grow before anything is lit, and the frame goes
     /// on from them. `slot`: as for [`Self::record`].
-    pub fn record_lists(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
+    pub fn record_lists(&mut self, r: &mut Recorder, slot: usize, seen: &Shot) {
         let now = self.made_now(seen);
         self.place_grids(seen.view);
         self.upload(r, seen, &now, true);
@@ -157,7 +157,7 @@ impl Frame {
     }
 
     /// Records a frame. `slot`: one of those in flight that is free again.
-    pub fn record(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
+    pub fn record(&mut self, r: &mut Recorder, slot: usize, seen: &Shot) {
         self.record_light(r, seen);
         if seen.image.is_none() || !self.image.asks() {
             self.light_all(r);
@@ -176,7 +176,7 @@ impl Frame {
     }
 
     /// Records a frame that lights what a host drew, instead of an image. `given`: of [`Self::given`].
-    pub fn record_given(&mut self, r: &mut Recorder, slot: usize, seen: &Seen, given: &GivenSurfaces) {
+    pub fn record_given(&mut self, r: &mut Recorder, slot: usize, seen: &Shot, given: &GivenSurfaces) {
         self.record_light(r, seen);
         self.light_all(r);
         given.pass.record(r, &self.ground, &self.method.binds(&self.ground), given.have_material);
@@ -184,16 +184,16 @@ impl Frame {
     }
 
     /// Records what stands where, and the light that the method makes of it.
-    fn record_light(&mut self, r: &mut Recorder, seen: &Seen) {
+    fn record_light(&mut self, r: &mut Recorder, seen: &Shot) {
         let now = self.made_now(seen);
         let before = self.made_of.take();
         let unlit = self.light.state() == LightState::Unlit;
         let moved = self.place_grids(seen.view);
         let stale = std::mem::take(&mut self.stale) || moved;
-        let stood = |b: &MadeOf| b.instances == now.instances && b.deforms == now.deforms;
+        let stood = |b: &LightInputs| b.instances == now.instances && b.deforms == now.deforms;
         let lists = stale || !before.as_ref().is_some_and(stood);
         let bytes = bytemuck::cast_slice::<layout::Light, u8>;
-        let same = |before: &MadeOf| {
+        let same = |before: &LightInputs| {
             bytes(&before.lights) == bytes(&now.lights)
                 && before.sky == now.sky
                 && before.time_s == now.time_s
@@ -244,8 +244,8 @@ impl Frame {
         }
     }
 
-    fn made_now(&self, seen: &Seen) -> MadeOf {
-        MadeOf {
+    fn made_now(&self, seen: &Shot) -> LightInputs {
+        LightInputs {
             instances: seen.pose.world_from_instance.clone(),
             deforms: seen.pose.deforms.clone(),
             lights: uniforms::lights(seen.scene, seen.pose, &self.ground.desc.grid),
@@ -270,7 +270,7 @@ impl Frame {
     }
 
     /// The constants of this frame that shaders read. `lamps`: whether these may have moved.
-    fn upload(&mut self, r: &mut Recorder, seen: &Seen, now: &MadeOf, lamps: bool) {
+    fn upload(&mut self, r: &mut Recorder, seen: &Shot, now: &LightInputs, lamps: bool) {
         let mean_pass = self.light.mean_pass();
         r.full_barrier(); // the frame before read the same buffers
         if lamps {
@@ -422,7 +422,7 @@ impl Frame {
     }
 }
 
-fn light_rules(desc: &FrameDesc, ground: &Ground, method: &dyn Gi) -> LightRules {
+fn light_rules(desc: &FrameDesc, ground: &Ground, method: &dyn IndirectMethod) -> LightRules {
     LightRules {
         feeds: desc.settings.bounces == Bounces::All && method.coarse_light().is_some(),
         mean_passes: ground.desc.wants.mean_passes,

@@ -47,7 +47,7 @@ use crate::settings::Settings;
 use crate::vk::{Image, Recorder, Slot, SlotOptions};
 use crate::{Error, Result};
 
-pub use crate::frame::{Counters, Seen};
+pub use crate::frame::{Counters, Shot};
 pub use crate::layers::{Aov, Layers};
 pub use crate::vk::{
     Context, FeatureStructs, Features, HostDevice, HostImage, ImageUse, ZoneKind, ZoneTiming, ZoneTimings, missing,
@@ -128,7 +128,7 @@ pub struct Output {
 /// A host's own surfaces, to be lit: from [`Prepared::inputs`].
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs {
-    /// In the order of [`GivenPass::inputs`].
+    /// In the order of [`IndirectMethodvenPass::inputs`].
     images: [HostImage; 3],
     material: Option<HostImage>,
 }
@@ -258,7 +258,7 @@ impl Prepared {
     /// - All recordings are submitted, once each, in their order to one queue, or the host orders them by semaphores.
     /// - The images of `outputs` are as they say, and live until the device is done.
     /// - The device is done with everything recorded before `self` is dropped, changed or grown.
-    pub unsafe fn record(&mut self, commands: vk::CommandBuffer, slot: usize, seen: &Seen, outputs: &[Output]) {
+    pub unsafe fn record(&mut self, commands: vk::CommandBuffer, slot: usize, seen: &Shot, outputs: &[Output]) {
         seen.pose.check(seen.scene).expect("a pose of the scene");
         let Self { context, frame, slots, .. } = self;
         let record = |recorder: &mut Recorder| {
@@ -286,7 +286,7 @@ impl Prepared {
         &mut self,
         commands: vk::CommandBuffer,
         slot: usize,
-        seen: &Seen,
+        seen: &Shot,
         inputs: &Inputs,
         outputs: &[Output],
     ) {
@@ -394,7 +394,7 @@ impl Prepared {
 
 fn desc<'a>(context: &Context, scene: &'a Scene, settings: &'a Settings, prepare: &Prepare) -> Result<FrameDesc<'a>> {
     let Prepare { size, bounds, slots, .. } = *prepare;
-    let (outputs, query) = (target::outputs(&prepare.layers), QueryPlan::of(context, scene, settings)?);
+    let (outputs, query) = (target::outputs(&prepare.layers), QueryPlan::of_scene(context, scene, settings)?);
     let desc = FrameDesc { scene, settings, size, outputs, bounds, slots: slots.max(1), query, waits: false };
     desc.check()?;
     Ok(desc)

@@ -44,7 +44,7 @@
 //! use std::path::Path;
 //! use std::sync::Arc;
 //! use twobounce::ash::vk;
-//! use twobounce::host::{Aov, Context, HostDevice, HostImage, Prepare, Prepared, Seen};
+//! use twobounce::host::{Aov, Context, HostDevice, HostImage, Prepare, Prepared, Shot};
 //! use twobounce::scene::{LoadOptions, Scene, View};
 //! use twobounce::settings::Settings;
 //!
@@ -74,7 +74,7 @@
 //!     let output = prepared.output(Aov::Beauty, target)?;
 //!     let pose = scene.pose(None, 0.5);
 //!     // SAFETY: the buffer is recording, outside of a rendering scope, and the slot is free.
-//!     unsafe { prepared.record(commands, slot, &Seen::new(scene, &pose, view), &[output]) };
+//!     unsafe { prepared.record(commands, slot, &Shot::new(scene, &pose, view), &[output]) };
 //!     Ok(())
 //! }
 //!

@@ -7,7 +7,7 @@ mod refine;
 
 use std::sync::{Arc, Mutex};
 
-use crate::frame::{Counters, Frame, FrameDesc, LightState, Seen};
+use crate::frame::{Counters, Frame, FrameDesc, LightState, Shot};
 use crate::ground::Ground;
 use crate::ground::attributes::CornerWords;
 use crate::ground::constants::Features;
@@ -188,7 +188,7 @@ impl Renderer {
         scene.check()?;
         pose.check(&scene)?;
         let on_gpu = self.frame.ground.scene.clone();
-        if CornerWords::of(Features::of_scene(&scene)) != on_gpu.corner {
+        if CornerWords::of_features(Features::of_scene(&scene)) != on_gpu.corner {
             let words =
                 "a scene that changes got its first vertex colours or textures, or lost its last: make a new renderer";
             return Err(Error::Usage(words.into()));
@@ -271,7 +271,7 @@ impl Renderer {
         if self.options.submit == Submit::Short && self.log.is_none() {
             recorder = recorder.paced(&self.pace);
         }
-        let seen = Seen { scene: &self.scene, pose, view, image };
+        let seen = Shot { scene: &self.scene, pose, view, image };
         if lists_alone {
             self.frame.record_lists(&mut recorder, 0, &seen);
         } else {
@@ -376,7 +376,7 @@ fn desc<'a>(
     settings: &'a Settings,
     options: &RenderOptions,
 ) -> Result<FrameDesc<'a>> {
-    let (outputs, query) = (target::outputs(&options.aovs), QueryPlan::of(context, scene, settings)?);
+    let (outputs, query) = (target::outputs(&options.aovs), QueryPlan::of_scene(context, scene, settings)?);
     let RenderOptions { size, bounds, .. } = *options;
     let desc = FrameDesc { scene, settings, size, outputs, bounds, slots: 1, query, waits: true };
     desc.check()?;

@@ -15,7 +15,7 @@ mod raster;
 use std::process::ExitCode;
 
 use twobounce::glam::{DVec3, Vec3, Vec4};
-use twobounce::host::{Aov, Context, Prepare, Prepared, Seen};
+use twobounce::host::{Aov, Context, Prepare, Prepared, Shot};
 use twobounce::scene::{Pose, Projection, Scene, View};
 use twobounce::settings::Settings;
 
@@ -58,7 +58,7 @@ unsafe fn play(gpu: &Gpu, scene: &Scene, settings: &Settings, size: (u32, u32)) 
             raster.upload(&surfaces(scene, &pose, view.eye));
             frame.begin(gpu)?;
             raster.record(gpu, frame.commands, &matrix(&view, size)?);
-            let seen = Seen { image: Some(pass), ..Seen::new(scene, &pose, &view) };
+            let seen = Shot { image: Some(pass), ..Shot::new(scene, &pose, &view) };
             prepared.record_given(frame.commands, 0, &seen, &inputs, &outputs);
             raster.record_read(gpu, frame.commands);
             frame.submit(gpu, before.replace(frame.done))?;

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 use twobounce::ash::vk;
 use twobounce::gpu_allocator::MemoryLocation;
 use twobounce::gpu_allocator::vulkan::Allocation;
-use twobounce::host::{Aov, Context, HostImage, ImageUse, Output, Prepare, Prepared, Seen};
+use twobounce::host::{Aov, Context, HostImage, ImageUse, Output, Prepare, Prepared, Shot};
 use twobounce::scene::{Pose, Scene, View};
 use twobounce::settings::Settings;
 
@@ -49,7 +49,7 @@ unsafe fn travel(gpu: &Gpu, scene: &Scene, settings: &Settings, size: (u32, u32)
             let before = (number > 0).then(|| frames[(number - 1) % IN_FLIGHT].done);
             let view = camera(scene, &pose, number);
             frames[slot].begin(gpu)?;
-            prepared.record(frames[slot].commands, slot, &Seen::new(scene, &pose, &view), &outputs);
+            prepared.record(frames[slot].commands, slot, &Shot::new(scene, &pose, &view), &outputs);
             target.record_read(gpu, frames[slot].commands);
             frames[slot].submit(gpu, before)?;
         }
@@ -59,7 +59,7 @@ unsafe fn travel(gpu: &Gpu, scene: &Scene, settings: &Settings, size: (u32, u32)
         gpu.device.device_wait_idle()?;
         while grow(gpu, &mut prepared, last)? {
             frames[last].begin(gpu)?;
-            prepared.record(frames[last].commands, last, &Seen::new(scene, &pose, &view), &outputs);
+            prepared.record(frames[last].commands, last, &Shot::new(scene, &pose, &view), &outputs);
             target.record_read(gpu, frames[last].commands);
             frames[last].submit(gpu, Some(frames[last].done))?;
             gpu.device.device_wait_idle()?;

@@ -65,5 +65,5 @@ fn audit(specimen: &Specimen, preset: &str) -> Result<Audit> {
     }
     // A device of its own, so that every pipeline is counted.
     let context = Context::new(&ContextOptions::default())?;
-    Audit::of(&context, specimen.still(), &settings, specimen.options((64, 64)))
+    Audit::of_frame(&context, specimen.still(), &settings, specimen.options((64, 64)))
 }

@@ -105,6 +105,6 @@ fn measured(
         renderer.render(&pose, &view)?;
         times[1].push(ms(started));
     }
-    let [change, frame] = times.map(|times| Spread::of(times[2..].iter().copied()).median);
+    let [change, frame] = times.map(|times| Spread::of_values(times[2..].iter().copied()).median);
     Ok([name.to_owned(), format!("{change:.1}"), format!("{frame:.0}")])
 }

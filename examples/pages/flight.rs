@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 use clap::Args;
 use glam::DVec3;
 use twobounce::chart::measure::same_depth;
-use twobounce::ground::clearance::for_camera;
+use twobounce::ground::grid_choice::for_camera;
 use twobounce::lab::specimen::Specimen;
 use twobounce::layers::Layers;
 use twobounce::measure::refuse_invalid;

@@ -56,17 +56,18 @@ fn with_section(before: &str, section: &str) -> String {
 }
 
 /// A pass in all of its forms, round by round: the draw, then a dispatch per shape.
-pub struct Measured {
+pub struct MeasuredPass {
     pass: &'static str,
     /// Draws or dispatches that one timing counts.
     times: u32,
     rounds: Vec<Vec<ZoneTiming>>,
 }
 
-impl Measured {
+impl MeasuredPass {
     fn row(&self, scene: &str) -> Vec<String> {
-        let median =
-            |number: &dyn Fn(&[ZoneTiming]) -> f64| Spread::of(self.rounds.iter().map(|round| number(round))).median;
+        let median = |number: &dyn Fn(&[ZoneTiming]) -> f64| {
+            Spread::of_values(self.rounds.iter().map(|round| number(round))).median
+        };
         let cpu = |zone: &ZoneTiming| zone.cpu_ms.unwrap_or(f64::NAN);
         let ms = |form: usize| format!("{:.1}", median(&|r| cpu(&r[form]) / f64::from(self.times)));
         let cpu_ratio = |form: usize| format!("{:.2}", median(&|r| cpu(&r[0]) / cpu(&r[form])));
@@ -98,11 +99,11 @@ pub fn measure(
     specimen: Specimen,
     settings: &Settings,
     rounds: usize,
-) -> Result<Vec<Measured>> {
+) -> Result<Vec<MeasuredPass>> {
     let mut renderer = specimen.renderer(context, settings, specimen.options((16, 16)))?;
     renderer.render(&specimen.pose, &specimen.view)?;
     let frame = renderer.frame();
-    let shading = with(constants(settings, Features::of(&specimen.scene, settings)), frame.method.constants());
+    let shading = with(constants(settings, Features::of_settings(&specimen.scene, settings)), frame.method.constants());
     let unshadowed = with(shading.clone(), &[("SHADOWS", Shadows::None.into())]);
     let passes = [
         ("shade 1", "gi/cones/shade.frag", "gi/cones/measured/shade.comp", &unshadowed),
@@ -122,7 +123,7 @@ pub fn measure(
     let look_up = frame.method.binds(&frame.ground);
     let run = |pass: &Pass| {
         let forms = pass.forms(context, settings)?;
-        let mut measured = Measured { pass: pass.name, times: pass.times(), rounds: Vec::new() };
+        let mut measured = MeasuredPass { pass: pass.name, times: pass.times(), rounds: Vec::new() };
         for round in 0..=rounds {
             let times = forms.iter().zip(&volumes).map(|(form, volume)| {
                 let mut recorder =

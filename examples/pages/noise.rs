@@ -17,7 +17,7 @@ use twobounce::settings::Settings;
 use twobounce::stability::case::{Case, Place};
 use twobounce::stability::cell::{Cell, Effort, settings};
 use twobounce::stability::row::Measured;
-use twobounce::stability::stage::{Stage, Studio};
+use twobounce::stability::stage::{CaseRenderer, Stage};
 use twobounce::stability::{SIZE, cases, random};
 use twobounce::vk::{Context, ContextOptions};
 
@@ -54,9 +54,9 @@ impl Noise {
             let number = |case: &Case, changes: &String| {
                 let changed = changes.split(',').filter(|change| !change.is_empty());
                 let cell = changed.clone().try_fold(cell.clone(), |cell, change| cell.with(change))?;
-                let (measured, _) = Measured::of(case, &case.run(&cell)?, &[], 0.0);
+                let (measured, _) = Measured::of_samples(case, &case.run(&cell)?, &[], 0.0);
                 let Spread { min, median, max } = measured.number;
-                Ok(case.words(median, min, max))
+                Ok(case.numbers_in_words(median, min, max))
             };
             let row = |case: &&Case| {
                 let numbers = self.changes.iter().map(|changes| number(case, changes));
@@ -74,7 +74,7 @@ impl Noise {
 /// scene is shot at several places in the grid; their spread is the preset's deviation, the reference's own is added to it. A value that
 /// is not finite ends the run.
 #[derive(Args)]
-pub struct Random {
+pub struct RandomScenes {
     #[arg(long, default_value = "balanced")]
     preset: String,
     #[arg(long, default_value_t = 32)]
@@ -88,7 +88,7 @@ pub struct Random {
 const PLACES: usize = 4;
 const SAMPLES: u32 = 64;
 
-impl Random {
+impl RandomScenes {
     pub fn run(&self) -> Result<()> {
         println!("seed,ratio,deviations,share,reference's share,passes light");
         with_cell(settings(&self.preset, self.grid)?, Effort::FULL, |cell| {
@@ -101,7 +101,7 @@ fn measure(cell: &Cell, seed: u64) -> Result<()> {
     let stage = random::stage(seed);
     let passes = stage.scene.materials.iter().any(|m| m.transmission > 0.0 || m.alpha != Alpha::Opaque);
     let (level, error, bound) = truth(&stage, cell)?;
-    let mut studio = Studio::new(&Cell { settings: stage.with_its_grid(&cell.settings), ..cell.clone() }, stage)?;
+    let mut studio = CaseRenderer::new(&Cell { settings: stage.with_its_grid(&cell.settings), ..cell.clone() }, stage)?;
     let shoot = |place| {
         let image = studio.shoot(place)?;
         refuse_invalid(cell.context)?;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 use half::f16;
 use image::{ImageFormat, Rgb, RgbImage};
-use twobounce::frame::{Frame, FrameDesc, Seen};
+use twobounce::frame::{Frame, FrameDesc, Shot};
 use twobounce::ground::image::target::{self, Readback};
 use twobounce::ground::layout::{Globals, ListItem, Triangle};
 use twobounce::ground::scene_on_gpu::ScenePacked;
@@ -116,7 +116,7 @@ fn make_lists(context: &Arc<Context>, frame: &mut Frame, pose: &Pose) -> Result<
 fn render(context: &Arc<Context>, frame: &mut Frame, scene: &Scene, pose: &Pose) -> Result<twobounce::layers::Layers> {
     let readback = Readback::new(context, frame.target.size(), frame.target.shape().outputs)?;
     let mut recorder = Recorder::new(context, RecorderOptions::default())?;
-    frame.record(&mut recorder, 0, &Seen { scene, pose, view: &scene.view(pose, 0), image: Some(0) });
+    frame.record(&mut recorder, 0, &Shot { scene, pose, view: &scene.view(pose, 0), image: Some(0) });
     readback.record(&mut recorder, &frame.target);
     recorder.finish()?;
     Ok(readback.read(AOVS))

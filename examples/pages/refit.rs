@@ -40,7 +40,7 @@ fn rows(context: &Arc<Context>, scene: &Scene) -> Result<Vec<[String; 5]>> {
         let mut renderer = specimen.renderer(context, &settings, RenderOptions::new(SIZE, bounds))?;
         let report = renderer.render(&specimen.pose, &specimen.view)?;
         Ok::<_, twobounce::Error>(
-            report.timings.zones.iter().map(|zone| Counts::of(&zone.counts).ray_steps).sum::<u64>(),
+            report.timings.zones.iter().map(|zone| Counts::of_counters(&zone.counts).ray_steps).sum::<u64>(),
         )
     };
     let row = |moment: u32| {

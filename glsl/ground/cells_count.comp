@@ -18,7 +18,7 @@ void main() {
     uint level = gl_LocalInvocationID.x;
     if (EDGE >> level != 0u || level == LIT_COUNTS) {
         uint count = level == 0u                      ? min(globals.cell_count, uint(cells.length()))
-            : level == LIT_COUNTS && LIT != LIT_ALIKE ? min(globals.item_count, uint(list_items.length()))
+            : level == LIT_COUNTS && LIT != LIT_GROUPED ? min(globals.item_count, uint(list_items.length()))
                                                       : 0u;
         cell_counts[level] = ListCount(min((count + 63u) / 64u, MOST_GROUPS), 1u, 1u, count);
     }

@@ -35,7 +35,7 @@ const uint DIRECT_KEPT = 1u; // found, and kept for the next pass
 const uint DIRECT_READ = 2u; // what was kept
 
 const uint LIT_EACH = 0u;
-const uint LIT_ALIKE = 1u; // one for all that are alike
+const uint LIT_GROUPED = 1u; // one for all that are alike
 
 const uint FEATURE_ALPHA = 2u; // masks, blending or transmission: what a shadow ray may pass through
 const uint FEATURE_SPECULAR = 4u;

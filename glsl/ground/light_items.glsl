@@ -33,8 +33,8 @@ void main() {
         if (block < first || block >= end || i >= count) {
             continue;
         }
-        COUNT(WORDS, LIT == LIT_ALIKE ? 1u : 0u);
-        uint item = LIT == LIT_ALIKE ? lit_items[i] : i;
+        COUNT(WORDS, LIT == LIT_GROUPED ? 1u : 0u);
+        uint item = LIT == LIT_GROUPED ? lit_items[i] : i;
         ListItem entry = list_items[item];
         Box box = box_of(entry.voxel);
         mat3 corners = in_box(box, corners_of(triangles[entry.triangle]));

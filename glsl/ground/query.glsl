@@ -17,7 +17,7 @@ uint queried(int geometry, int primitive) {
 
 // Share of the light, as trace_shadow_ray.
 vec3 query_shadow_ray(vec3 origin, vec3 d, float distance) {
-    Way w = start_way(origin, d);
+    Traversal w = start_traversal(origin, d);
     float least = max(w.enter, 0.0);
     float most = min(distance, w.leave);
     bool blocked = false;
@@ -54,7 +54,7 @@ float query_rounding(float distance) {
 RayHit query_ray(vec3 origin, vec3 d, float least) {
     RayHit best = RayHit(0u, vec2(0.0), 1e30);
     RayHit first = best; // by the device's own test
-    Way w = start_way(origin, d);
+    Traversal w = start_traversal(origin, d);
     float from = max(w.enter, least);
     float to = w.leave;
     // A ray that goes on behind a triangle meets it once more, by a hair.

@@ -11,7 +11,7 @@ layout(scalar) readonly buffer Slots { uint slots[]; }; // source → 1 + place 
 layout(scalar) readonly buffer TreeLinks { uint tree_links[]; };
 layout(scalar) readonly buffer TreeBoxes { uvec3 tree_boxes[]; };
 
-struct Way {
+struct Traversal {
     vec3 inverse; // planes: distance = plane × inverse + bias
     vec3 bias;
     uvec3 begins; // shifts to the plane of a box where the way enters
@@ -21,9 +21,9 @@ struct Way {
     uint node; // 1-based; 0: it is over
 };
 
-Way start_way(vec3 origin, vec3 d) {
+Traversal start_traversal(vec3 origin, vec3 d) {
     COUNT(RAYS_BEGUN, 1u);
-    Way w;
+    Traversal w;
     vec3 inverse = 1.0 / mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
     w.inverse = inverse / planes_per_voxel();
     w.bias = -(origin * planes_per_voxel() + 1.0) * w.inverse;
@@ -42,7 +42,7 @@ Way start_way(vec3 origin, vec3 d) {
 
 // On to the next leaf whose box the way meets between the distances `least` and `most`. Returns its first word; 0, as
 // of a leaf without triangles, at the end.
-uint next_leaf(inout Way w, float least, float most) {
+uint next_leaf(inout Traversal w, float least, float most) {
     uint leaf = 0u;
     for (uint k = 0u; k < 65535u && leaf == 0u && w.node != 0u; k++) {
         COUNT(RAY_STEPS, 1u);
@@ -61,7 +61,7 @@ uint next_leaf(inout Way w, float least, float most) {
 }
 
 // Past the leaf at which the way stands.
-void pass_leaf(inout Way w, bool done) {
+void pass_leaf(inout Traversal w, bool done) {
     if (done && w.node != 0u) {
         w.node = tree_links[NODE_WORDS * (w.node - 1u) + NODE_NEXT + w.octant];
     }

@@ -7,7 +7,7 @@
 
 // As trace_shadow_ray.
 vec3 walk_shadow_ray(vec3 origin, vec3 d, float distance) {
-    Way w = start_way(origin, d);
+    Traversal w = start_traversal(origin, d);
     float most = min(distance, w.leave);
     bool blocked = false;
     uvec3 depth = uvec3(0u);
@@ -73,7 +73,7 @@ void test_nearest(uint leaf, uint i, vec3 origin, vec3 d, float least, float lea
 // As trace_ray.
 RayHit walk_ray(vec3 origin, vec3 d, float least) {
     RayHit best = RayHit(0u, vec2(0.0), 1e30);
-    Way w = start_way(origin, d);
+    Traversal w = start_traversal(origin, d);
     float most = w.leave;
     uint tested = 0u; // triangles of the leaf at which the way stands
     for (uint k = 0u; k < 65535u && w.node != 0u; k++) {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 use pyo3::prelude::*;
-use twobounce::scene::{Image, LightKind, Material, Mesh, Mip, Texture, TextureRef, View, Wrap};
+use twobounce::scene::{TextureImage, LightKind, Material, Mesh, Mip, Texture, TextureRef, View, Wrap};
 
 use crate::{Error, to_python};
 
@@ -104,7 +104,7 @@ impl Scene {
     /// `rgba`: 8-bit sRGB, rows from the top.
     fn add_texture(&mut self, width: u32, height: u32, rgba: Vec<u8>) -> usize {
         let scene = Arc::make_mut(&mut self.0);
-        scene.images.push(Image { name: "texture".into(), width, height, rgba });
+        scene.images.push(TextureImage { name: "texture".into(), width, height, rgba });
         let (image, wrap) = (scene.images.len() - 1, [Wrap::Repeat; 2]);
         scene.textures.push(Texture { image, wrap, mag_linear: true, min_linear: true, mip: Mip::Linear });
         scene.textures.len() - 1

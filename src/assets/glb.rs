@@ -27,11 +27,11 @@ struct Description {
     /// The name of the animation, where something moves.
     animation: Option<String>,
     materials: Vec<Value>,
-    nodes: Vec<Node>,
+    nodes: Vec<FileNode>,
 }
 
 #[derive(Deserialize)]
-struct Node {
+struct FileNode {
     name: String,
     shape: Option<Form>,
     /// The name of the shape's material.
@@ -86,7 +86,7 @@ pub fn make(name: &str, description: &str) -> Result<Vec<u8>> {
 }
 
 impl Glb {
-    fn node(&mut self, node: Node) -> Result<()> {
+    fn node(&mut self, node: FileNode) -> Result<()> {
         let name = json!(node.name);
         let mut made = Value::Object(node.others);
         made["name"] = name.clone();
@@ -155,7 +155,7 @@ impl Glb {
     /// A skin for the shape: a chain of joints from `at` upwards, each turned against the one below. The vertices
     /// follow the two that are nearest in height.
     fn sway(&mut self, sway: &Sway, form: &Form, primitive: &mut Value, at: Value) -> usize {
-        let heights: Vec<f64> = Shape::of(form).positions.iter().map(|p| p.y).collect();
+        let heights: Vec<f64> = Shape::of_form(form).positions.iter().map(|p| p.y).collect();
         let height = heights.iter().copied().fold(0.0, f64::max);
         let step = height / f64::from(sway.joints);
         let joints: Vec<usize> = (0..sway.joints)
@@ -205,7 +205,7 @@ impl Glb {
         if let Some((_, primitive)) = self.shapes.iter().find(|(f, _)| f == form) {
             return primitive.clone();
         }
-        let shape = Shape::of(form);
+        let shape = Shape::of_form(form);
         assert!(shape.positions.len() <= usize::from(u16::MAX), "indices are 16 bits wide");
         let positions = self.positions(&shape.positions, Some(ARRAY_BUFFER));
         let normals = self.vectors(shape.normals.iter().map(|n| n.to_array()), Some(ARRAY_BUFFER));

@@ -41,7 +41,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    pub fn of(form: &Form) -> Self {
+    pub fn of_form(form: &Form) -> Self {
         match form {
             &Form::Quad { corner, u, v, repeat } => {
                 Self::quad(corner.into(), u.into(), v.into(), repeat.map_or(DVec2::ONE, DVec2::from))

@@ -6,13 +6,13 @@ use glam::{DQuat, DVec3};
 use serde::Deserialize;
 
 /// Keys of seconds and values, in order of time, the first at 0.
-pub type Keys<const N: usize> = Vec<Key<N>>;
+pub type Keys<const N: usize> = Vec<Keyframe<N>>;
 
 #[derive(Clone, Deserialize)]
 #[serde(try_from = "Vec<f64>")]
-pub struct Key<const N: usize>([f64; N]);
+pub struct Keyframe<const N: usize>([f64; N]);
 
-impl<const N: usize> TryFrom<Vec<f64>> for Key<N> {
+impl<const N: usize> TryFrom<Vec<f64>> for Keyframe<N> {
     type Error = String;
 
     fn try_from(numbers: Vec<f64>) -> Result<Self, String> {
@@ -74,7 +74,7 @@ pub fn turn(seconds: f64) -> Vec<(f64, [f64; 4])> {
 /// Goes through the keys smoothly, each number for itself, and never beyond two that follow each other: a cubic with
 /// the harmonic mean of both sides' slopes at each key, 0 where they differ in sign (Fritsch and Butland, 1984, for
 /// even steps).
-pub fn smooth<const N: usize, const M: usize>(keys: &[Key<N>]) -> Vec<(f64, [f64; M])> {
+pub fn smooth<const N: usize, const M: usize>(keys: &[Keyframe<N>]) -> Vec<(f64, [f64; M])> {
     let slope =
         |from: usize, of: usize| (keys[from + 1].0[of] - keys[from].0[of]) / (keys[from + 1].0[0] - keys[from].0[0]);
     let tangent = |key: usize, of: usize| {

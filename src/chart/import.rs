@@ -338,7 +338,7 @@ fn image_of(path: &Path, size: (u32, u32)) -> Result<(Layers, Metadata)> {
     }
     for (aov, pixels) in &image.layers {
         let of = if *aov == Aov::Beauty { String::new() } else { format!(" in its layer {aov}") };
-        let NonFinite { nan, inf } = NonFinite::of(pixels);
+        let NonFinite { nan, inf } = NonFinite::of_pixels(pixels);
         if nan + inf > 0 {
             let text = format!(
                 "has {nan} NaN and {inf} infinite values{of}; a chart judges finite radiance, so render it again"

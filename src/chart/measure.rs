@@ -14,7 +14,7 @@ use std::time::Instant;
 use super::outline::{SceneLine, Sketch, Truth};
 use super::picture;
 use super::row::{Errors, Measured, Pass, Pictures, Row, Source};
-use crate::ground::clearance::for_camera;
+use crate::ground::grid_choice::for_camera;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics::{self, NonFinite, Parts};
 use crate::measure::picture::signed_difference;
@@ -213,7 +213,7 @@ impl ChartScene {
         };
         let ([full, same], pictures) = self.judge(row, &images)?;
         measure::refuse_invalid(context)?;
-        let nonfinite = NonFinite::of(images.whole.beauty()).count();
+        let nonfinite = NonFinite::of_pixels(images.whole.beauty()).count();
         let equal_terms = row.settings.as_ref().map_or(Vec::new(), terms::changes);
         Ok((Measured { nonfinite, equal_terms, full, same, ..timed }, pictures, images))
     }
@@ -282,8 +282,8 @@ impl ChartScene {
         let images = Images { whole: film.layers(&[Aov::Direct]), equal: None };
         let measured = Measured {
             frames: wall_ms.len(),
-            frame_cpu_ms: cpu_ms.into_iter().collect::<Option<Vec<f64>>>().map(Spread::of),
-            frame_wall_ms: Some(Spread::of(wall_ms)),
+            frame_cpu_ms: cpu_ms.into_iter().collect::<Option<Vec<f64>>>().map(Spread::of_values),
+            frame_wall_ms: Some(Spread::of_values(wall_ms)),
             ..Measured::default()
         };
         Ok((images, measured))

@@ -11,13 +11,13 @@ use super::measure::SEED;
 use super::outline::Sketch;
 use super::row::Row;
 use crate::lab::page::Page;
-use crate::lab::store::{Row as _, Stored};
+use crate::lab::store::{ExperimentRow as _, Stored};
 use crate::output::svg::COLORS;
 
 /// The JSON that the page's script reads. Settings are shown in the order of their keys, which a [`Value`] does not
 /// keep.
 #[derive(Serialize)]
-struct Data<'a> {
+struct ChartData<'a> {
     #[serde(flatten)]
     head: Value,
     rows: &'a [Stored<Row>],
@@ -52,7 +52,7 @@ pub fn html(chart: &Chart, history: &[Row]) -> String {
         body: include_str!("page/body.html"),
         program: include_str!("page/page.js"),
     };
-    page.html(&Data { head, rows: &chart.rows, history })
+    page.html(&ChartData { head, rows: &chart.rows, history })
 }
 
 /// Sentences about what the chart does not have yet.

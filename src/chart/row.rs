@@ -116,7 +116,7 @@ pub enum Reference {
     Same,
 }
 
-impl lab::Row for Row {
+impl lab::ExperimentRow for Row {
     type Pictures = Pictures;
 
     const KIND: Kind = Kind { command: "chart", words: "a chart", version: super::VERSION };
@@ -231,12 +231,12 @@ impl Row {
 
     /// `rel`, where it was measured and the reference has this part of the light.
     pub fn rel(&self, reference: Reference, part: Part) -> Option<f64> {
-        Some(self.errors(reference)?.metrics.of(part)?.rel)
+        Some(self.errors(reference)?.metrics.of_part(part)?.rel)
     }
 
     /// Error that the reference's noise may have added to [`Self::rel`].
     pub fn noise_in_rel(&self, reference: Reference, part: Part) -> Option<f64> {
-        self.errors(reference)?.noise_in_rel.of(part)
+        self.errors(reference)?.noise_in_rel.of_part(part)
     }
 
     fn errors(&self, reference: Reference) -> Option<&Errors> {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use clap::Args;
 use glam::Vec3;
 use twobounce::gi::Method;
-use twobounce::lab::ledger::{Job, LEDGERS, Line, lines, with_results};
+use twobounce::lab::ledger::{Comparison, LEDGERS, Line, lines, with_results};
 use twobounce::lab::specimen::Specimen;
 use twobounce::lab::table;
 use twobounce::layers::{Aov, Layers};
@@ -78,7 +78,7 @@ pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
         format!("Measured on `{name}` at {width}×{height}, {EDGE}³ voxels, on {} ({}).", context.name, context.driver);
     let page = table::fill(&page, |name, text| Ok(if name == "device" { about.clone() } else { text.to_owned() }))?;
     let (made, results) = (BTreeMap::new(), BTreeMap::new());
-    let mut rows = Rows { specimen, base, size: args.size, made, lines, results, page, output };
+    let mut rows = LedgerRows { specimen, base, size: args.size, made, lines, results, page, output };
     let runner = Runner { device: &args.device, size: args.size, budget: None };
     runner.run(&mut rows, context, &mut Pages::default())?;
     interrupt::check()?;
@@ -87,12 +87,12 @@ pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
 }
 
 /// The rows of a page.
-struct Rows {
+struct LedgerRows {
     specimen: Specimen,
     base: Settings,
     size: (u32, u32),
     /// The scene under many settings; each is rendered once.
-    made: BTreeMap<String, Pixels>,
+    made: BTreeMap<String, LinearPixels>,
     lines: Vec<Line>,
     /// By the places of lines in the page.
     results: BTreeMap<usize, Vec<String>>,
@@ -100,7 +100,7 @@ struct Rows {
     output: PathBuf,
 }
 
-impl Experiment for Rows {
+impl Experiment for LedgerRows {
     fn len(&self) -> usize {
         self.lines.len()
     }
@@ -116,12 +116,12 @@ impl Experiment for Rows {
     fn measure(&mut self, row: usize, context: &Arc<Context>, _: &dyn Fn() -> Result<()>) -> Result<()> {
         let line = self.lines[row].clone();
         let results = match &line.job {
-            Job::Change { printed, right } => self.change(context, right, printed)?,
-            Job::Fill { settings, scenes } => {
+            Comparison::Change { printed, right } => self.change(context, right, printed)?,
+            Comparison::Fill { settings, scenes } => {
                 let of_scene = |scene| fill(context, &format!("assets/{scene}.glb"), settings, self.size);
                 scenes.iter().map(of_scene).collect::<Result<_>>()?
             }
-            Job::Furnace { settings, albedo, block, edges } => {
+            Comparison::Furnace { settings, albedo, block, edges } => {
                 let room = Specimen::new(analytic::furnace(*albedo, 1.0, *block));
                 edges.iter().map(|edge| furnace(context, &room, settings, *albedo, *edge)).collect::<Result<_>>()?
             }
@@ -148,21 +148,21 @@ impl Experiment for Rows {
     }
 }
 
-type Pixels = Vec<[f32; 3]>;
+type LinearPixels = Vec<[f32; 3]>;
 
-impl Rows {
+impl LedgerRows {
     /// How far `printed` changes the image with `right`, and how much brighter it makes it.
     fn change(&mut self, context: &Arc<Context>, right: &[String], printed: &[String]) -> Result<Vec<String>> {
         let before = self.image(context, &[right, printed].concat())?;
         let after = self.image(context, right)?;
-        let sum = |image: &Pixels| image.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
+        let sum = |image: &LinearPixels| image.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
         let pairs = before.iter().flatten().zip(after.iter().flatten());
         let difference: f64 = pairs.map(|(a, b)| f64::from((a - b).abs())).sum();
         let (rel_percent, energy) = (100.0 * difference / sum(&after), sum(&before) / sum(&after));
         Ok(vec![format!("{rel_percent:.2} %"), format!("{energy:.3}")])
     }
 
-    fn image(&mut self, context: &Arc<Context>, assignments: &[String]) -> Result<Pixels> {
+    fn image(&mut self, context: &Arc<Context>, assignments: &[String]) -> Result<LinearPixels> {
         let key = assignments.join(" ");
         if let Some(image) = self.made.get(&key) {
             return Ok(image.clone());

@@ -39,12 +39,12 @@ struct Shown {
     text: String,
     /// How long the work still takes, as far as that is known, and since when.
     left: Option<(Instant, Duration)>,
-    pass: Option<Pass>,
+    pass: Option<RunningPass>,
     /// Of a frame of a run.
     frame: Option<Course>,
 }
 
-struct Pass {
+struct RunningPass {
     name: &'static str,
     share: f64,
 }
@@ -140,7 +140,7 @@ impl Shown {
         if let Some(frame) = &mut self.frame {
             frame.step(step, now);
         }
-        self.pass = Some(Pass { name: step.pass, share: step.share });
+        self.pass = Some(RunningPass { name: step.pass, share: step.share });
     }
 
     /// The text that is to be written now, if any.
@@ -148,13 +148,13 @@ impl Shown {
         let due = if terminal { now - self.began >= SHORT } else { now - self.written >= EVERY };
         due.then(|| {
             self.written = now;
-            let text: String = self.words(now, verbose).chars().take(WIDTH).collect();
+            let text: String = self.progress_in_words(now, verbose).chars().take(WIDTH).collect();
             if terminal { format!("\r\x1b[K{text}") } else { format!("twobounce: {text}\n") }
         })
     }
 
     /// The work at hand, and the time that the whole of it still takes; where this is not known, the time so far.
-    fn words(&self, now: Instant, verbose: bool) -> String {
+    fn progress_in_words(&self, now: Instant, verbose: bool) -> String {
         let mut words = self.text.clone();
         match &self.pass {
             Some(pass) if verbose => {
@@ -203,7 +203,7 @@ mod tests {
         assert_eq!(work.due(at(9), false, false), None, "nothing before ten seconds without a terminal");
         work.step(Step { pass: "shade 1", turn: 0, share: 0.25 }, at(4));
         assert_eq!(work.due(at(5), true, false).as_deref(), Some("\r\x1b[Kduck: light, 5 s so far"));
-        assert_eq!(work.words(at(5), true), "duck: shade 1 25 %, 5 s so far", "passes only with -v");
+        assert_eq!(work.progress_in_words(at(5), true), "duck: shade 1 25 %, 5 s so far", "passes only with -v");
         assert_eq!(work.due(at(5), false, false), None, "the last line is younger than ten seconds");
         work.left = Some((at(4), Duration::from_secs(125)));
         let line = work.due(at(15), false, false);
@@ -211,7 +211,7 @@ mod tests {
         work.step(Step { pass: "image", turn: 0, share: 0.5 }, at(16));
         work.left = None;
         assert_eq!(
-            work.words(at(16), false),
+            work.progress_in_words(at(16), false),
             "duck: image, 16 s so far",
             "without a frame nothing is known of the rest"
         );
@@ -229,15 +229,19 @@ mod tests {
         let mut work = Shown::new("duck, frame 1 of 3".to_owned(), began);
         work.frame = course(0, 2, None);
         work.step(Step { pass: "image", turn: 0, share: 0.5 }, at(1));
-        assert_eq!(work.words(at(1), true), "duck, frame 1 of 3: image 1 of 4, 50 %, about 23 s left");
-        assert_eq!(work.words(at(1), false), "duck, frame 1 of 3: image, about 23 s left");
+        assert_eq!(work.progress_in_words(at(1), true), "duck, frame 1 of 3: image 1 of 4, 50 %, about 23 s left");
+        assert_eq!(work.progress_in_words(at(1), false), "duck, frame 1 of 3: image, about 23 s left");
         work.frame = course(10, 1, Some(Duration::from_secs(10)));
         work.pass = None;
-        assert_eq!(work.words(at(12), false), "duck, frame 1 of 3, about 18 s left", "before the image the mean tells");
+        assert_eq!(
+            work.progress_in_words(at(12), false),
+            "duck, frame 1 of 3, about 18 s left",
+            "before the image the mean tells"
+        );
         work.frame.as_mut().unwrap().open = true;
         work.step(Step { pass: "image", turn: 0, share: 0.5 }, at(13));
         assert_eq!(
-            work.words(at(13), false),
+            work.progress_in_words(at(13), false),
             "duck, frame 1 of 3: image, 13 s so far",
             "passes of unknown number follow"
         );

@@ -8,7 +8,7 @@ use twobounce::chart::export::Chart;
 use twobounce::chart::outline::Outline;
 use twobounce::chart::row::Row as ChartRow;
 use twobounce::lab::merge::merge;
-use twobounce::lab::store::{Row, Store, Stored};
+use twobounce::lab::store::{ExperimentRow, Store, Stored};
 use twobounce::output::file;
 use twobounce::reference::part::Part;
 use twobounce::stability::row::Row as StabilityRow;
@@ -90,7 +90,7 @@ fn merge_films(args: &MergeArgs) -> Result<()> {
 }
 
 /// The output as one of the parts, if it has rows already, then the others.
-fn folders<R: Row>(args: &MergeArgs) -> Vec<&Path> {
+fn folders<R: ExperimentRow>(args: &MergeArgs) -> Vec<&Path> {
     let own = Some(args.output.as_path()).filter(|output| R::KIND.marks(output));
     let others = args.parts.iter().map(PathBuf::as_path).filter(|part| !file::is_same(part, &args.output));
     own.into_iter().chain(others).collect()
@@ -98,7 +98,7 @@ fn folders<R: Row>(args: &MergeArgs) -> Vec<&Path> {
 
 /// Puts rows into one folder, lets `write` make its pages, which has the number of rows that should be there, and says
 /// what came together. `order`: the addresses of all rows.
-fn merge_rows<R: Row>(
+fn merge_rows<R: ExperimentRow>(
     args: &MergeArgs,
     folders: &[&Path],
     order: &[&str],

@@ -57,7 +57,7 @@ impl ImageFiles {
     /// Reads the extension and, for a sequence, the place of the frame's number.
     pub fn named(path: &Path, sequence: bool) -> Result<Self> {
         let unknown = || Error::file(path, "has an unknown ending; end the output in .png, .jpg or .exr");
-        let kind = ImageKind::of(path).ok_or_else(unknown)?;
+        let kind = ImageKind::of_path(path).ok_or_else(unknown)?;
         let number = path.to_str().and_then(number_in);
         match (&number, sequence) {
             (None, true) => Err(Error::file(path, "has no place for the frame's number; name it like out_%04d.png")),

@@ -15,7 +15,7 @@ use twobounce::output::file;
 use twobounce::plan::VERSION;
 use twobounce::plan::answer::Answer;
 use twobounce::plan::ask::{self, Question};
-use twobounce::plan::bench::{Bench, Seen, Setup};
+use twobounce::plan::bench::{Bench, PlanView, Setup};
 use twobounce::plan::limits::Limits;
 use twobounce::reference::Options;
 use twobounce::scene::Projection;
@@ -117,7 +117,7 @@ pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     let store = Results::new(cache.folder().map(|folder| folder.join("plan")), &about, args.anew)?;
     // Tracing has a line of its own.
     let work: RefCell<Option<Work>> = RefCell::default();
-    let trace = |seen: &Seen, options: &Options| {
+    let trace = |seen: &PlanView, options: &Options| {
         work.take();
         let film = traced(&cache, seen.still(&opened.scene), options)?.0;
         work.replace(Some(Work::begin("plan")));
@@ -187,7 +187,7 @@ impl PlanArgs {
     }
 
     /// Every camera at every time.
-    fn views(&self, opened: &Staged, cameras: Option<&str>) -> Result<Vec<Seen>> {
+    fn views(&self, opened: &Staged, cameras: Option<&str>) -> Result<Vec<PlanView>> {
         let cameras: Vec<Option<&str>> = match cameras {
             None => vec![None],
             // A name may have a comma in it.
@@ -198,22 +198,22 @@ impl PlanArgs {
         moments.map(|(camera, time)| self.view(opened, camera, time)).collect()
     }
 
-    fn view(&self, opened: &Staged, camera: Option<&str>, time: f64) -> Result<Seen> {
+    fn view(&self, opened: &Staged, camera: Option<&str>, time: f64) -> Result<PlanView> {
         let args = SceneArgs { camera: camera.map(str::to_owned), time, ..self.scene.clone() };
         let (pose, view, _) = opened.seen(&args.stage())?;
         let camera = camera.map(|name| format!("--camera={name}"));
         let moment = (time != 0.0).then(|| format!("--time={time}"));
         let flags: Vec<String> = camera.into_iter().chain(moment).collect();
         let words = if flags.is_empty() { "the view".to_owned() } else { flags.join(" ") };
-        Ok(Seen { words, flags, pose, view })
+        Ok(PlanView { words, flags, pose, view })
     }
 
     /// Two views that were not asked for: another camera of the file and another moment, or the first view turned
     /// aside.
-    fn held_out(&self, opened: &Staged, asked: &[Seen]) -> Result<Vec<Seen>> {
+    fn held_out(&self, opened: &Staged, asked: &[PlanView]) -> Result<Vec<PlanView>> {
         let first = &asked[0];
         let mut views = Vec::new();
-        let seen = |seen: &Seen| format!("{:?}", (seen.view.eye, seen.view.forward));
+        let seen = |seen: &PlanView| format!("{:?}", (seen.view.eye, seen.view.forward));
         let known: Vec<String> = asked.iter().map(seen).collect();
         for index in (0..opened.scene.cameras.len()).filter(|_| self.scene.eye.is_none()) {
             let other = self.view(opened, Some(&index.to_string()), self.times[0])?;
@@ -225,7 +225,7 @@ impl PlanArgs {
             let last = self.times.iter().copied().fold(0.0, f64::max);
             let time = if last > 0.0 { 0.5 * (self.times[0] + last) } else { 0.5 * opened.duration_s() };
             if !self.times.contains(&time) {
-                views.push(Seen {
+                views.push(PlanView {
                     view: first.view,
                     words: format!("--time={time}"),
                     ..self.view(opened, None, time)?

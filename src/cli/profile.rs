@@ -10,7 +10,7 @@ use twobounce::measure::refuse_invalid;
 use twobounce::output::file;
 use twobounce::profile::copy::{self, CopyRates};
 use twobounce::profile::costs::{self, PassCost, Work};
-use twobounce::profile::growth::{self, Along, Found, Growth};
+use twobounce::profile::growth::{self, Along, Growth, RunResult};
 use twobounce::profile::{Subject, executables, plot};
 use twobounce::vk::{Context, Executable};
 use twobounce::{Error, Result};
@@ -128,7 +128,7 @@ struct Growing<'a> {
     frames: u32,
     runs: Vec<Along>,
     /// In the order of the runs.
-    found: Vec<Found>,
+    found: Vec<RunResult>,
 }
 
 impl Experiment for Growing<'_> {

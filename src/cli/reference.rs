@@ -129,7 +129,7 @@ fn shown(args: &ReferenceArgs) -> Result<bool> {
         args.display.check(ImageKind::Exr, false)?;
         return if is_film { Ok(false) } else { Err(Error::file(path, text)) };
     }
-    let kind = match ImageKind::of(path) {
+    let kind = match ImageKind::of_path(path) {
         _ if file::is_standard(path) => ImageKind::Exr,
         Some(kind) => kind,
         None => return Err(Error::file(path, "has an unknown ending; end the output in .exr, .png or .jpg")),
@@ -142,7 +142,7 @@ fn shown(args: &ReferenceArgs) -> Result<bool> {
 }
 
 /// The film of what the arguments name, and what was done for it.
-fn trace(args: &ReferenceArgs) -> anyhow::Result<(Part, Traced)> {
+fn trace(args: &ReferenceArgs) -> anyhow::Result<(Part, TracedWork)> {
     let stop = match &args.samples {
         Some(samples) => Stop::Range { first: samples.start, end: samples.end },
         None => args.spp.map_or(Stop::Noise(args.noise), Stop::Samples),
@@ -178,12 +178,12 @@ pub fn cache() -> Cache {
 }
 
 /// Work that was done in this call.
-pub struct Traced {
+pub struct TracedWork {
     pub paths: u64,
     pub seconds: f64,
 }
 
-impl Traced {
+impl TracedWork {
     fn say(&self) {
         if self.paths == 0 {
             say!("taken from the cache");
@@ -198,7 +198,7 @@ impl Traced {
 }
 
 /// The film of a scene as a camera sees it, traced as far as the cache lacks it, with a line about how far it is.
-pub fn traced(cache: &Cache, of: Still, options: &Options) -> Result<(Film, Traced)> {
+pub fn traced(cache: &Cache, of: Still, options: &Options) -> Result<(Film, TracedWork)> {
     let name = &of.scene.name;
     let work = Work::begin(&format!("{name}: reference"));
     // When the first path began, and the latest count of paths since.
@@ -218,5 +218,5 @@ pub fn traced(cache: &Cache, of: Still, options: &Options) -> Result<(Film, Trac
     drop(work);
     let seen = seen.lock().ok().and_then(|seen| *seen);
     let (seconds, paths) = seen.map_or((0.0, 0), |(start, paths)| (start.elapsed().as_secs_f64(), paths));
-    Ok((film?, Traced { paths, seconds }))
+    Ok((film?, TracedWork { paths, seconds }))
 }

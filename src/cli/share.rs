@@ -43,7 +43,7 @@ impl RowArgs {
     }
 
     /// The part in words; empty for the whole.
-    pub fn words(&self) -> String {
+    pub fn in_words(&self) -> String {
         self.shard.map_or(String::new(), |shard| format!("part {} of {}", shard.index + 1, shard.count))
     }
 
@@ -53,7 +53,7 @@ impl RowArgs {
     /// [`Error::Interrupted`](twobounce::Error::Interrupted) if Ctrl-C ended it.
     pub fn say_end(&self, there: usize, planned: usize, spent: bool) -> Result<()> {
         if planned == 0 {
-            say!("no row is in {}", self.words());
+            say!("no row is in {}", self.in_words());
         }
         if spent {
             say!("the budget is spent after {there} of {planned} rows; the same command continues from there");

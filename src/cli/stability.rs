@@ -8,7 +8,7 @@ use std::sync::Arc;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use twobounce::gi::Method;
-use twobounce::lab::store::{Origin, Row as _, Store, Stored, device_words, short_hash};
+use twobounce::lab::store::{ExperimentRow as _, Origin, Store, Stored, device_words, short_hash};
 use twobounce::output::{file, read};
 use twobounce::reference::cache::Cache;
 use twobounce::settings::{PRESETS, Settings};
@@ -274,14 +274,15 @@ impl Experiment for Table<'_> {
         let Some(m) = &row.measured else {
             return Some(format!("{}: {}", row.title(), row.failure.as_deref().unwrap_or_default()));
         };
-        let [median, min, max] = [m.number.median, m.number.min, m.number.max].map(|value| case.unit.words(value));
+        let [median, min, max] =
+            [m.number.median, m.number.min, m.number.max].map(|value| case.unit.value_in_words(value));
         Some(format!("{}: {median} ({min} to {max}), {:.1} s", row.title(), m.seconds))
     }
 
     fn write(&mut self, running: bool) -> Result<()> {
         let _writing = file::writing();
         let stored: Vec<Stored<Row>> = self.rows.iter().filter_map(|row| row.stored.clone()).collect();
-        write(&self.store, &stored, self.rows.len(), &self.args.rows.words(), running)?;
+        write(&self.store, &stored, self.rows.len(), &self.args.rows.in_words(), running)?;
         Outline { version: VERSION, rows: self.all.clone() }.save(&self.store)
     }
 }

@@ -29,7 +29,7 @@ pub struct TonemapArgs {
 
 pub fn run(args: &TonemapArgs) -> anyhow::Result<ExitCode> {
     out::be_quiet(args.quiet);
-    let kind = ImageKind::of(&args.output).filter(|kind| *kind != ImageKind::Exr);
+    let kind = ImageKind::of_path(&args.output).filter(|kind| *kind != ImageKind::Exr);
     if kind.is_none() {
         return Err(Error::file(&args.output, "has another ending than .png or .jpg; name it so").into());
     }

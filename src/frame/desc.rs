@@ -1,6 +1,6 @@
 //! Inputs of a frame: the requests to the ground that follow from them, and the memory that the frame takes.
 
-use crate::gi::{Gi, Wants};
+use crate::gi::{IndirectMethod, Wants};
 use crate::ground::constants::{Features, constants, with};
 use crate::ground::expected_items::expected_items;
 use crate::ground::grid::Grid;
@@ -61,7 +61,7 @@ pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce) -> impl Fn(u32) -> Vec<Me
 /// Makes the trees if `desc` asks for any: they are too large for memory where [`first_plan`] is.
 pub fn make_trees(desc: &FrameDesc, trees: &TreesOnce) {
     if wants(desc.settings, Features::of_scene(desc.scene)).rays && desc.query.is_none() {
-        trees.of(desc.scene);
+        trees.of_scene(desc.scene);
     }
 }
 
@@ -89,7 +89,7 @@ fn first_counts(desc: &FrameDesc, features: Features, lamps: &Lamps, trees: &Tre
     let (width, height) = desc.size;
     let samples = width.saturating_mul(height).saturating_mul(desc.settings.image.samples);
     let lamps = lamps.count(desc.settings.lights.lamp_points);
-    Counts { expected_items: items as u32, query, ..Counts::of(desc.scene, lamps, tree, lists, samples) }
+    Counts { expected_items: items as u32, query, ..Counts::of_scene(desc.scene, lamps, tree, lists, samples) }
 }
 
 pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Result<GroundDesc> {
@@ -113,7 +113,7 @@ pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) ->
 
 /// Shader features of a frame.
 fn features(desc: &FrameDesc) -> Features {
-    let of = Features::of(desc.scene, desc.settings);
+    let of = Features::of_settings(desc.scene, desc.settings);
     of.and(Features::QUERY, desc.query.is_some() && wants(desc.settings, of).rays)
 }
 
@@ -149,7 +149,11 @@ pub(super) fn plan(settings: &Settings, features: Features, shape: &ImageShape, 
 }
 
 /// The description from which the passes over the image are made.
-pub(super) fn image_pass_desc<'a>(desc: &FrameDesc<'a>, method: &dyn Gi, counts: &Counts) -> ImagePassDesc<'a> {
+pub(super) fn image_pass_desc<'a>(
+    desc: &FrameDesc<'a>,
+    method: &dyn IndirectMethod,
+    counts: &Counts,
+) -> ImagePassDesc<'a> {
     let settings = desc.settings;
     let features = features(desc);
     let links = shape(desc).gathers.is_some_and(|gathers| gathers.links);

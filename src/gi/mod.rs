@@ -26,20 +26,20 @@ macro_rules! dispatch {
         impl Method {
             /// Requests of the method to the ground.
             pub fn wants(self, settings: &Settings) -> Wants {
-                match self { $(Self::$variant => <$module::Lighting as Gi>::wants(settings)),+ }
+                match self { $(Self::$variant => <$module::Lighting as IndirectMethod>::wants(settings)),+ }
             }
 
             /// Bytes of everything that it makes, before anything is made.
             pub fn plan(self, settings: &Settings) -> Vec<MemoryRow> {
-                match self { $(Self::$variant => <$module::Lighting as Gi>::plan(settings)),+ }
+                match self { $(Self::$variant => <$module::Lighting as IndirectMethod>::plan(settings)),+ }
             }
 
             /// Compiles its passes and makes its volumes.
             ///
             /// # Errors
             /// Too little memory, or a lost device.
-            pub fn make(self, maker: &Maker) -> Result<Box<dyn Gi>> {
-                Ok(match self { $(Self::$variant => Box::new(<$module::Lighting as Gi>::new(maker)?)),+ })
+            pub fn make(self, maker: &Maker) -> Result<Box<dyn IndirectMethod>> {
+                Ok(match self { $(Self::$variant => Box::new(<$module::Lighting as IndirectMethod>::new(maker)?)),+ })
             }
 
             /// The unit of work of the method's passes, by the start of their names.
@@ -65,13 +65,13 @@ crate::settings::methods!(dispatch);
 /// - `METHOD_SHADOWS` and `float method_shadow(…)`, where it has shadows of its own.
 ///
 /// It knows nothing of windows, files, charts, other methods.
-pub trait Gi: Send {
+pub trait IndirectMethod: Send {
     /// Requests of the method to the ground.
     fn wants(settings: &Settings) -> Wants
     where
         Self: Sized;
 
-    /// Bytes of everything that [`Gi::new`] makes.
+    /// Bytes of everything that [`IndirectMethod::new`] makes.
     fn plan(settings: &Settings) -> Vec<MemoryRow>
     where
         Self: Sized;
@@ -134,7 +134,7 @@ pub struct Update {
     pub history: bool,
     /// The method holds only values that the frame before wrote.
     pub known: bool,
-    /// Whether [`Gi::coarse_light`] is going to be asked.
+    /// Whether [`IndirectMethod::coarse_light`] is going to be asked.
     pub measured: bool,
     /// Whether light comes from beyond the scene.
     pub sky: bool,

@@ -13,7 +13,7 @@ const LAYERS: u32 = 256;
 
 /// The position of one mip chain.
 #[derive(Clone, Debug)]
-pub struct Place {
+pub struct ChainPlace {
     pub layer: u32,
     pub levels: Vec<TextureLevel>,
 }
@@ -25,7 +25,7 @@ pub struct Atlas {
     pub height: u32,
     pub layers: u32,
     /// In the order of the packed chains.
-    pub places: Vec<Place>,
+    pub places: Vec<ChainPlace>,
 }
 
 impl Atlas {
@@ -50,7 +50,7 @@ impl Atlas {
         let places = chains
             .iter()
             .zip(&corners)
-            .map(|(levels, &(x, y, layer))| Place { layer, levels: place_levels(levels, x, y) })
+            .map(|(levels, &(x, y, layer))| ChainPlace { layer, levels: place_levels(levels, x, y) })
             .collect();
         Self { width, height, layers: layer_count(&corners), places }
     }

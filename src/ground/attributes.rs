@@ -27,7 +27,7 @@ pub struct CornerWords {
 const POSITION_WORDS: usize = 3;
 
 impl CornerWords {
-    pub fn of(features: Features) -> Self {
+    pub fn of_features(features: Features) -> Self {
         let mut count = 3;
         let mut place = |words: usize| {
             count += words;

@@ -13,7 +13,7 @@ pub const DIRECT_KEPT: u32 = 1;
 pub const DIRECT_READ: u32 = 2;
 /// Values of `LIT`: each list item is lit, or one for all that are alike.
 pub const LIT_EACH: u32 = 0;
-pub const LIT_ALIKE: u32 = 1;
+pub const LIT_GROUPED: u32 = 1;
 
 /// A metal that is rougher sends what it mirrors as a lobe: the root of `LEAST_ITEM_ALPHA` in
 /// `glsl/gi/rays/item_lobes.glsl`.
@@ -63,7 +63,7 @@ impl Features {
     }
 
     /// Features needed by the settings and by the materials in use: features that are not needed cost nothing.
-    pub fn of(scene: &Scene, settings: &Settings) -> Self {
+    pub fn of_settings(scene: &Scene, settings: &Settings) -> Self {
         Self::of_scene(scene).and(Self::DIRECT_PER_PIXEL, settings.image.direct == DirectLight::Pixels)
     }
 

@@ -44,7 +44,7 @@ pub struct Counts {
 
 impl Counts {
     /// Room for every triangle of `scene`. `lamps`: pieces; `lists`: of every grid; `samples`: of the image.
-    pub fn of(scene: &Scene, lamps: u32, tree: TreeSize, lists: Vec<ListCapacity>, samples: u32) -> Self {
+    pub fn of_scene(scene: &Scene, lamps: u32, tree: TreeSize, lists: Vec<ListCapacity>, samples: u32) -> Self {
         let is_blended = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha == Alpha::Blend;
         let blended = scene.instances.iter().filter(|i| is_blended(i.mesh));
         let blended = blended.map(|i| scene.meshes[i.mesh].indices.len() / 3).sum::<usize>() as u32;
@@ -59,7 +59,7 @@ impl Counts {
             sky_words: scene.sky_map.as_ref().map_or(1, |map| map.words.len() as u32),
             lamps,
             triangle_capacity,
-            corner_words: CornerWords::of(Features::of_scene(scene)).count as u32,
+            corner_words: CornerWords::of_features(Features::of_scene(scene)).count as u32,
             tree,
             query: None,
             blended_samples: seen_blended.min(MOST_AT_ONCE),
@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn room_for_blended_samples_grows_to_its_most_and_then_rows_are_cut() {
-        let mut counts = Counts::of(
+        let mut counts = Counts::of_scene(
             &Scene::empty("veils"),
             0,
             TreeSize::default(),

@@ -36,7 +36,7 @@ impl PackedFinish {
         Self { material, factors: std::array::from_fn(|i| factors[i / 4][i % 4]), slots }
     }
 
-    fn words(&self, sheen_table: u32) -> Vec<u32> {
+    fn packed(&self, sheen_table: u32) -> Vec<u32> {
         let mut words: Vec<u32> = self.factors.iter().map(|x| x.to_bits()).collect();
         words[19] = sheen_table;
         for s in &self.slots {
@@ -72,7 +72,7 @@ pub fn append(finishes: &[PackedFinish], materials: &mut [Material], levels: &mu
     };
     let table = push(&table);
     for finish in finishes {
-        materials[finish.material].flags |= push(&finish.words(table)) << FLAGS_SHIFT;
+        materials[finish.material].flags |= push(&finish.packed(table)) << FLAGS_SHIFT;
     }
 }
 

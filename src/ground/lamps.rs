@@ -47,7 +47,7 @@ impl Lamps {
         let material = |instance: usize| &scene.materials[scene.meshes[scene.instances[instance].mesh].material];
         let lamps: Vec<usize> =
             (0..scene.instances.len()).filter(|&i| material(i).emissive != Vec3::ZERO && !material(i).unlit).collect();
-        let textures = Textures::of(scene, lamps.iter().map(|&i| material(i)));
+        let textures = Textures::of_materials(scene, lamps.iter().map(|&i| material(i)));
         let triangles: usize = lamps.iter().map(|&i| scene.meshes[scene.instances[i].mesh].indices.len() / 3).sum();
         let cuts = (0..=MOST_CUTS).rev().find(|&k| triangles << (2 * k) <= MOST_PIECES).unwrap_or(0);
         let mut pieces = Vec::new();

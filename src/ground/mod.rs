@@ -1,20 +1,20 @@
 //! The base that all methods share: the scene on the device, recorded triangles, their lists, exact rays, lamps, direct
 //! light, and the image that is made of it. Its shaders are `glsl/ground/`.
 
-pub mod alike;
 pub mod atlas;
 pub mod attributes;
 pub mod boxes;
 pub mod cell_passes;
 pub mod cells;
-pub mod clearance;
 pub mod constants;
 mod counts;
 pub mod deform;
 pub mod expected_items;
 pub mod finish;
 pub mod grid;
+pub mod grid_choice;
 pub mod image;
+pub mod item_groups;
 pub mod lamps;
 pub mod layout;
 pub mod lists;
@@ -37,11 +37,11 @@ use crate::scene::{Pose, Scene};
 use crate::settings::Conservative;
 use crate::vk::{self, Bind, Buffer, BufferKind, Context, Format, Recorder};
 use crate::{Error, Result};
-use alike::Alike;
 use cells::Cells;
-use constants::{Features, LIT_ALIKE, LIT_EACH};
+use constants::{Features, LIT_EACH, LIT_GROUPED};
 pub use counts::Counts;
 use grid::{Grid, GridPlace};
+use item_groups::ItemGroups;
 use lists::{Lists, array, grow};
 use memory_plan::{MemoryRow, bytes_of};
 use record::Record;
@@ -98,7 +98,7 @@ pub struct Ground {
     pub lists: Vec<Lists>,
     record: Record,
     makers: Vec<ListMakers>,
-    alike: Option<Alike>,
+    groups: Option<ItemGroups>,
 }
 
 /// The passes that make one grid's lists; absent where they are not asked for.
@@ -113,15 +113,15 @@ impl Ground {
     pub fn new(context: &Arc<Context>, of: &Scene, scene: Arc<SceneOnGpu>, desc: GroundDesc) -> Result<Self> {
         let GroundDesc { grid, wants, features, counts, .. } = &desc;
         check_geometry_shader(context, wants.conservative)?;
-        let constants_of = |edge: u32, alike| {
+        let constants_of = |edge: u32, grouped| {
             [
                 ("FEATURES", features.0.into()),
                 ("EDGE", edge.into()),
-                ("LIT", if alike { LIT_ALIKE } else { LIT_EACH }.into()),
+                ("LIT", if grouped { LIT_GROUPED } else { LIT_EACH }.into()),
                 ("BOXES", grid.boxes.into()),
             ]
         };
-        let base = constants_of(grid.edge, wants.alike);
+        let base = constants_of(grid.edge, wants.grouped);
         let plan = shared_plan(wants, counts);
         let buffer = |name: &str| Buffer::new(context, name, bytes_of(&plan, name), BufferKind::Device);
         let places = || std::iter::once(GridPlace::base(grid.edge)).chain(wants.grids.iter().copied());
@@ -129,7 +129,7 @@ impl Ground {
         let mut makers = Vec::new();
         for (index, (place, capacity)) in places().zip(&counts.lists).enumerate() {
             let wants = wants_of_grid(wants, index);
-            let constants = constants_of(place.edge, wants.alike);
+            let constants = constants_of(place.edge, wants.grouped);
             lists.push(Lists::new(context, place, &wants, *capacity)?);
             let voxelise = || match wants.sampled {
                 Some(samples) => Voxelise::by_samples(context, &constants, samples),
@@ -156,12 +156,12 @@ impl Ground {
             tree: if features.has(Features::QUERY) {
                 Tree::queried(context, &base, of, &scene)?
             } else {
-                Tree::new(context, &base, wants.rays.then(|| scene.trees.of(of)))?
+                Tree::new(context, &base, wants.rays.then(|| scene.trees.of_scene(of)))?
             },
             slots: buffer("slots")?,
             blended,
             record: Record::new(context, &base, wants.conservative, &scene)?,
-            alike: wants.alike.then(|| Alike::new(context, &base, wants)).transpose()?,
+            groups: wants.grouped.then(|| ItemGroups::new(context, &base, wants)).transpose()?,
             desc,
             scene,
             lists,
@@ -215,22 +215,22 @@ impl Ground {
             }
         }
         // Of triangles that are alike one is chosen to be lit; what another surface cuts in two is lit as two.
-        if let Some(alike) = &self.alike {
-            alike.record(r, self);
+        if let Some(groups) = &self.groups {
+            groups.record(r, self);
         }
     }
 
     /// Splits what is cut of the items in the list with that entry of the counts.
     pub fn split(&self, r: &mut Recorder, entry: u32) {
-        if let Some(alike) = &self.alike {
-            alike.split(r, self, entry);
+        if let Some(groups) = &self.groups {
+            groups.split(r, self, entry);
         }
     }
 
     /// Asks for the light of all items, where it is made on demand.
     pub fn ask_all(&self, r: &mut Recorder) {
-        if let Some(alike) = &self.alike {
-            alike.ask_all(r, self);
+        if let Some(groups) = &self.groups {
+            groups.ask_all(r, self);
         }
     }
 

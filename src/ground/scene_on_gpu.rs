@@ -119,7 +119,7 @@ impl ScenePacked {
         let mut materials = Vec::new();
         let mut finishes = Vec::new();
         let mut material_of: HashMap<(usize, u32), u32> = HashMap::new();
-        let corner = CornerWords::of(Features::of_scene(scene));
+        let corner = CornerWords::of_features(Features::of_scene(scene));
         let (mut vertices, mut vertex_count) = (Vec::new(), 0);
         let mut indices = Vec::new();
         let mut mesh_start = Vec::new();

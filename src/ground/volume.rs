@@ -16,7 +16,7 @@ use crate::vk::{
 pub const FORMAT: Format = Format::R16G16B16A16_SFLOAT;
 
 /// An image of a volume.
-pub struct Part {
+pub struct VolumeImage {
     /// The end of its label.
     pub label: &'static str,
     /// Texels of a voxel along x, and along y.
@@ -34,7 +34,7 @@ pub struct VolumeKind {
     /// memory plan.
     pub labels: [&'static str; 2],
     pub rows: [&'static str; 2],
-    pub parts: &'static [Part],
+    pub parts: &'static [VolumeImage],
     /// The part that shows, coarsely, all light.
     pub coarse: usize,
     /// Whether levels are colour targets too, a layer per slice.
@@ -52,13 +52,13 @@ pub const FACE_VOLUME: VolumeKind = VolumeKind {
     labels: ["first bounce", "second bounce"],
     rows: ["first bounce's volume", "second bounce's volume"],
     parts: &[
-        Part { label: "+x", across: 1, looked_up: "volume_0", below: "source_0", stored: "faces_0" },
-        Part { label: "+y", across: 1, looked_up: "volume_1", below: "source_1", stored: "faces_1" },
-        Part { label: "+z", across: 1, looked_up: "volume_2", below: "source_2", stored: "faces_2" },
-        Part { label: "-x", across: 1, looked_up: "volume_3", below: "source_3", stored: "faces_3" },
-        Part { label: "-y", across: 1, looked_up: "volume_4", below: "source_4", stored: "faces_4" },
-        Part { label: "-z", across: 1, looked_up: "volume_5", below: "source_5", stored: "faces_5" },
-        Part { label: "isotropic", across: 1, looked_up: "volume_6", below: "source_6", stored: "faces_6" },
+        VolumeImage { label: "+x", across: 1, looked_up: "volume_0", below: "source_0", stored: "faces_0" },
+        VolumeImage { label: "+y", across: 1, looked_up: "volume_1", below: "source_1", stored: "faces_1" },
+        VolumeImage { label: "+z", across: 1, looked_up: "volume_2", below: "source_2", stored: "faces_2" },
+        VolumeImage { label: "-x", across: 1, looked_up: "volume_3", below: "source_3", stored: "faces_3" },
+        VolumeImage { label: "-y", across: 1, looked_up: "volume_4", below: "source_4", stored: "faces_4" },
+        VolumeImage { label: "-z", across: 1, looked_up: "volume_5", below: "source_5", stored: "faces_5" },
+        VolumeImage { label: "isotropic", across: 1, looked_up: "volume_6", below: "source_6", stored: "faces_6" },
     ],
     coarse: FACES - 1,
     drawn: true,
@@ -89,7 +89,7 @@ impl LightVolume {
         if kind.drawn {
             usage |= ImageUsageFlags::COLOR_ATTACHMENT;
         }
-        let image = |part: &Part| {
+        let image = |part: &VolumeImage| {
             let desc = ImageDesc {
                 label: &format!("{} {}", kind.labels[bounce], part.label),
                 dim: ImageDim::D3,
@@ -123,7 +123,7 @@ impl LightVolume {
         kind.rows[..settings.bounces.stored() as usize].iter().map(|row| (*row, bytes)).collect()
     }
 
-    fn parts(&self) -> impl Iterator<Item = (&'static Part, &Image)> {
+    fn parts(&self) -> impl Iterator<Item = (&'static VolumeImage, &Image)> {
         self.kind.parts.iter().zip(&self.images)
     }
 

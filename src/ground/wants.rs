@@ -37,10 +37,10 @@ pub struct Wants {
     pub nested: bool,
     /// Whether list items are lit, one by one.
     pub lit_items: bool,
-    /// Whether the item of a triangle in a voxel is looked up: with [`Wants::alike`], whose pass makes the table.
+    /// Whether the item of a triangle in a voxel is looked up: with [`Wants::grouped`], whose pass makes the table.
     pub indexed: bool,
     /// Whether one item is lit for all that are alike.
-    pub alike: bool,
+    pub grouped: bool,
     /// Whether two items are lit where another surface cuts the part of an item that is lit.
     pub split: bool,
     /// Whether items are lit only where something asks for their light.

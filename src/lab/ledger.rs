@@ -2,7 +2,7 @@
 //! image.
 //!
 //! A page is written by hand. A line whose settings stand in its cells is a job; its last cells are the job's result.
-//! Which cells, the name of the table says: see [`Job`].
+//! Which cells, the name of the table says: see [`Comparison`].
 
 use super::table::{self, cells, coded};
 use crate::gi::Method;
@@ -32,7 +32,7 @@ impl Ledger {
 
 /// The measurement for a line of a page. Settings are `key=value`; `sky=value` is the scene's.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Job {
+pub enum Comparison {
     /// `changes`: the images with `printed` and without are compared, both with `right`. The third last cell has the
     /// settings: those before "on" are `printed`. The result: mean |printed − right| over the mean of right, and mean
     /// over mean.
@@ -54,7 +54,7 @@ pub struct Line {
     pub name: String,
     /// Its last cells: as many as the job's results.
     pub results: Vec<String>,
-    pub job: Job,
+    pub job: Comparison,
 }
 
 /// The lines that are measured, in the order of the page.
@@ -83,19 +83,19 @@ pub fn lines(page: &str) -> Result<Vec<Line>> {
             "changes" => {
                 let cell = cells[cells.len() - 3];
                 let (printed, right) = cell.split_once(" on ").unwrap_or((cell, ""));
-                (2, Job::Change { printed: settings(printed), right: settings(right) })
+                (2, Comparison::Change { printed: settings(printed), right: settings(right) })
             }
-            "fills" => (cells.len() - 1, Job::Fill { settings: settings(cells[0]), scenes: owned(&head[1..]) }),
+            "fills" => (cells.len() - 1, Comparison::Fill { settings: settings(cells[0]), scenes: owned(&head[1..]) }),
             "furnaces" => {
                 let edges = head[3..].iter().map(|edge| edge.trim_end_matches('³').parse());
                 let edges = edges.collect::<std::result::Result<_, _>>().map_err(|_| wrong())?;
                 let albedo = cells[1].parse().map_err(|_| wrong())?;
                 let block = cells[2] == "with a block";
-                (cells.len() - 3, Job::Furnace { settings: settings(cells[0]), albedo, block, edges })
+                (cells.len() - 3, Comparison::Furnace { settings: settings(cells[0]), albedo, block, edges })
             }
             _ => continue,
         };
-        if !matches!(&job, Job::Change { printed, .. } if printed.is_empty()) {
+        if !matches!(&job, Comparison::Change { printed, .. } if printed.is_empty()) {
             let (first, results) = cells.split_at(cells.len() - count);
             let first = if name == "changes" { &first[..1] } else { first };
             found.push(Line { at, name: first.join(", ").replace('`', ""), results: owned(results), job });
@@ -138,8 +138,8 @@ mod tests {
                     <!-- table: furnaces -->\n\n| fill | albedo | room | 32³ |\n|---|---|---|---|\n| `d=4` | 0.5 | empty | – |\n\n<!-- end -->\n";
         let found = lines(page).unwrap();
         let names = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
-        assert_eq!(found[0].job, Job::Change { printed: names(&["a=1"]), right: names(&["b=2", "c=3"]) });
-        let furnace = Job::Furnace { settings: names(&["d=4"]), albedo: 0.5, block: false, edges: vec![32] };
+        assert_eq!(found[0].job, Comparison::Change { printed: names(&["a=1"]), right: names(&["b=2", "c=3"]) });
+        let furnace = Comparison::Furnace { settings: names(&["d=4"]), albedo: 0.5, block: false, edges: vec![32] };
         assert_eq!((&found[1].job, found[1].name.as_str(), found.len()), (&furnace, "d=4, 0.5, empty", 2));
         let results = names(&["1.00 %", "2.000"]);
         let filled = with_results(page, |at| (at == found[0].at).then_some(&results[..]));

@@ -4,12 +4,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use super::store::{Row, Store, Stored};
+use super::store::{ExperimentRow, Store, Stored};
 use crate::output::file;
 use crate::{Error, Result};
 
 /// Rows of several folders together.
-pub struct Merged<R: Row> {
+pub struct Merged<R: ExperimentRow> {
     /// In the order of the whole chart; those of several devices in the order of their keys.
     pub rows: Vec<Stored<R>>,
     /// Rows with further times, which become history.
@@ -26,7 +26,7 @@ pub struct Merged<R: Row> {
 ///
 /// # Errors
 /// [`Error::Usage`]: rows of the same key differ, with the names of some of them.
-pub fn merge<R: Row>(folders: &[&Path], order: &[&str]) -> Result<Merged<R>> {
+pub fn merge<R: ExperimentRow>(folders: &[&Path], order: &[&str]) -> Result<Merged<R>> {
     let places: BTreeMap<&str, usize> = order.iter().enumerate().map(|(place, address)| (*address, place)).collect();
     // By place and key: a row, and the folder that it is of.
     let mut rows: BTreeMap<(usize, String), (Stored<R>, &Path)> = BTreeMap::new();
@@ -78,7 +78,7 @@ pub fn merge<R: Row>(folders: &[&Path], order: &[&str]) -> Result<Merged<R>> {
     Ok(Merged { rows: rows.into_values().map(|(stored, _)| stored).collect(), twice, missing, history, images })
 }
 
-impl<R: Row> Merged<R> {
+impl<R: ExperimentRow> Merged<R> {
     /// Writes the rows into a folder, which may have some of them already.
     pub fn save(&self, store: &Store<R>) -> Result<()> {
         for row in &self.rows {

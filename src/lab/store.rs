@@ -32,7 +32,7 @@ pub struct Kind {
 }
 
 /// A row of an experiment.
-pub trait Row: Clone + Serialize + DeserializeOwned {
+pub trait ExperimentRow: Clone + Serialize + DeserializeOwned {
     /// Pictures that are kept beside it and embedded in pages.
     type Pictures: Clone + Serialize + DeserializeOwned;
 
@@ -144,7 +144,7 @@ pub struct Store<R> {
 /// A row and its pictures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
-pub struct Stored<R: Row> {
+pub struct Stored<R: ExperimentRow> {
     pub version: u32,
     /// The build that measured it: another may measure something else.
     pub program: String,
@@ -152,7 +152,7 @@ pub struct Stored<R: Row> {
     pub pictures: Option<R::Pictures>,
 }
 
-impl<R: Row> Store<R> {
+impl<R: ExperimentRow> Store<R> {
     /// An empty folder, a new one, or an earlier one of this kind, whose rows count if this build of the program
     /// measured them, or with `any_build`.
     ///

@@ -54,7 +54,7 @@ pub struct Parts<T> {
 }
 
 impl<T: Copy> Parts<T> {
-    pub fn of(&self, part: Part) -> Option<T> {
+    pub fn of_part(&self, part: Part) -> Option<T> {
         match part {
             Part::Total => Some(self.total),
             Part::Indirect => self.indirect,
@@ -104,7 +104,7 @@ impl Metrics {
 }
 
 impl NonFinite {
-    pub fn of(pixels: &[[f32; 3]]) -> Self {
+    pub fn of_pixels(pixels: &[[f32; 3]]) -> Self {
         let values = pixels.iter().flatten();
         Self { nan: values.clone().filter(|v| v.is_nan()).count(), inf: values.filter(|v| v.is_infinite()).count() }
     }
@@ -152,8 +152,8 @@ pub fn compare(image: &Layers, reference: &Layers, subtract: Subtract) -> Result
         indirect: parts.and_then(|(a, b)| metrics(&a, &b, "reference's indirect part").ok()),
         flip_map,
         exposure,
-        image: NonFinite::of(image.beauty()),
-        reference: NonFinite::of(reference.beauty()),
+        image: NonFinite::of_pixels(image.beauty()),
+        reference: NonFinite::of_pixels(reference.beauty()),
     })
 }
 

@@ -27,7 +27,7 @@ pub enum ImageKind {
 
 impl ImageKind {
     /// By the ending of a file's name; standard output takes a PNG.
-    pub fn of(path: &Path) -> Option<Self> {
+    pub fn of_path(path: &Path) -> Option<Self> {
         if file::is_standard(path) {
             return Some(Self::Png);
         }
@@ -102,7 +102,7 @@ impl Layers {
     /// # Errors
     /// The path has another ending, or cannot be written.
     pub fn write_shown(&self, path: &Path, display: Display) -> Result<()> {
-        let bytes = match ImageKind::of(path) {
+        let bytes = match ImageKind::of_path(path) {
             Some(ImageKind::Png) => encode_png(self, display)?,
             Some(ImageKind::Jpeg) => encode_jpeg(self, display)?,
             _ => return Err(Error::file(path, "has another ending than .png or .jpg; name it so")),

@@ -128,7 +128,7 @@ impl Choice {
 
 impl Limits {
     /// In words, such as `an error of at most 0.1 and at most 40 ms a frame`.
-    pub fn words(&self) -> String {
+    pub fn in_words(&self) -> String {
         let error = self.error.map(|error| format!("an error of at most {error}"));
         let ms = self.ms.map(|ms| format!("at most {ms} ms a frame"));
         let bytes = self.bytes.map(|bytes| format!("at most {:.1} MiB", mib(bytes)));
@@ -141,7 +141,7 @@ impl Answer {
     pub fn text(&self) -> String {
         let Self { choice, confidence, width, height, .. } = self;
         let mut lines = Vec::new();
-        let asked = self.limits.words();
+        let asked = self.limits.in_words();
         lines.push(match self.holds {
             true => format!("the cheapest of {} settings measured that hold {asked}:\n", self.measured),
             false => format!("none of {} settings measured holds {asked}; the nearest:\n", self.measured),

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::VERSION;
 use super::answer::{Answer, Binds, Choice, Confidence, HeldOut, Neighbour, Neighbours, PassShare};
-use super::bench::{Bench, Seen, passes};
+use super::bench::{Bench, PlanView, passes};
 use super::limits::Limits;
 use super::model::Model;
 use super::needs::Needs;
@@ -20,9 +20,9 @@ use crate::{Error, Result};
 /// Question that `plan` answers.
 pub struct Question {
     /// Where the settings are to hold: one at least.
-    pub views: Vec<Seen>,
+    pub views: Vec<PlanView>,
     /// Where the winner is checked.
-    pub held_out: Vec<Seen>,
+    pub held_out: Vec<PlanView>,
     pub limits: Limits,
     /// Methods that may be chosen.
     pub methods: Vec<Method>,
@@ -77,7 +77,7 @@ pub fn key(question: &Question, bench: &Bench) -> String {
 /// A limit on the error that no reference within the budget can tell, with what it would take; settings that make no
 /// sense; whatever ends a frame.
 pub fn ask(question: &Question, bench: Bench) -> Result<Answer> {
-    let mut spaces = spaces(&Needs::of(bench.setup.scene), &question.fixed)?;
+    let mut spaces = spaces(&Needs::of_scene(bench.setup.scene), &question.fixed)?;
     // Without indirect light, all of it is missing.
     let of_use = |method: Method| method != Method::None || bench.setup.part == Part::Total;
     spaces.retain(|space| question.methods.contains(&space.method) && of_use(space.method));
@@ -341,7 +341,7 @@ impl Asking<'_> {
 
     fn not_needed(&self, settings: &Settings, holds: bool, second_bounce: Option<f64>) -> Vec<String> {
         let (scene, bounds) = (self.bench.setup.scene, self.bench.setup.options.bounds);
-        let mut said = Needs::of(scene).not_needed(scene);
+        let mut said = Needs::of_scene(scene).not_needed(scene);
         if holds && settings.method == Method::None {
             said.push("light from other surfaces: direct light alone is right enough".into());
         }

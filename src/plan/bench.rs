@@ -12,7 +12,7 @@ use base64::prelude::{BASE64_STANDARD, Engine};
 use serde::{Deserialize, Serialize};
 
 use super::search::Reading;
-use crate::ground::clearance::for_camera;
+use crate::ground::grid_choice::for_camera;
 use crate::lab::store::Results;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics::{self, Part};
@@ -28,7 +28,7 @@ use crate::{Error, Result, measure};
 
 /// A scene at a moment, from somewhere.
 #[derive(Clone, Debug)]
-pub struct Seen {
+pub struct PlanView {
     /// The flags that show it, such as `--camera 1`.
     pub flags: Vec<String>,
     pub words: String,
@@ -36,7 +36,7 @@ pub struct Seen {
     pub view: View,
 }
 
-impl Seen {
+impl PlanView {
     pub fn still<'a>(&'a self, scene: &'a Scene) -> Still<'a> {
         Still::new(scene, &self.pose, &self.view)
     }
@@ -49,7 +49,7 @@ impl Seen {
 
 /// Measurement of settings at a view, as it is kept.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Row {
+pub struct Measurement {
     /// Milliseconds of device time of the fastest of the timed frames, pass by pass.
     pub passes: BTreeMap<String, f64>,
     /// Processor time of the cheapest of them, of all threads, where the system tells it.
@@ -85,7 +85,7 @@ pub struct Setup<'a> {
     pub part: Part,
     pub store: &'a Results,
     /// Path-traces.
-    pub trace: &'a dyn Fn(&Seen, &Options) -> Result<Film>,
+    pub trace: &'a dyn Fn(&PlanView, &Options) -> Result<Film>,
     /// Says what is being done.
     pub is_at: &'a dyn Fn(String),
 }
@@ -98,7 +98,7 @@ pub struct Bench<'a> {
     pub pace: Option<f64>,
     renderer: Option<Renderer>,
     /// Under the keys that they are kept under.
-    rows: HashMap<String, Row>,
+    rows: HashMap<String, Measurement>,
     references: HashMap<(String, u64), Arc<Layers>>,
 }
 
@@ -110,7 +110,7 @@ impl<'a> Bench<'a> {
 
     /// The error and time of settings at a view, against one of the two references. Settings that cannot run are
     /// infinitely bad.
-    pub fn reading(&mut self, settings: &Settings, seen: &Seen, copy: u64) -> Result<Reading> {
+    pub fn reading(&mut self, settings: &Settings, seen: &PlanView, copy: u64) -> Result<Reading> {
         let reference = self.reference(seen, copy)?;
         match self.row(settings, seen) {
             Ok(row) => self.judge(&row, &reference),
@@ -122,7 +122,7 @@ impl<'a> Bench<'a> {
     }
 
     /// The row of settings at a view: from this call, from an earlier one, or measured now.
-    pub fn row(&mut self, settings: &Settings, seen: &Seen) -> Result<Row> {
+    pub fn row(&mut self, settings: &Settings, seen: &PlanView) -> Result<Measurement> {
         let Setup { scene, options, size, part, store, .. } = &self.setup;
         let about = format!("row {} {} {part:?}", seen.key(scene, *size), settings.to_toml());
         let key = store.key(&format!("{about} {:?} {:?}", options.size, options.bounds));
@@ -146,10 +146,10 @@ impl<'a> Bench<'a> {
         self.rows.values().map(|row| row.spent_cpu_ms).sum::<Option<f64>>().map(|ms| ms / 1e3)
     }
 
-    fn measure(&mut self, settings: &Settings, seen: &Seen) -> Result<Row> {
+    fn measure(&mut self, settings: &Settings, seen: &PlanView) -> Result<Measurement> {
         let before = process_cpu_ms();
         let Setup { context, scene, options, size, part, .. } = &self.setup;
-        let Seen { pose, view, .. } = seen;
+        let PlanView { pose, view, .. } = seen;
         let settings = &for_camera(settings, seen.still(scene), options.bounds);
         // Feedback would go on from the light of the settings before.
         let before_this = self.renderer.take().filter(|_| settings.bounces != Bounces::All);
@@ -174,18 +174,18 @@ impl<'a> Bench<'a> {
         let timings = TIMED.frames(&mut renderer, pose, view, &|| Ok(()))?;
         measure::refuse_invalid(context)?;
         let fastest = timings.all().iter().min_by(|a, b| a.timings.gpu_ms.total_cmp(&b.timings.gpu_ms));
-        let passes = passes(&Timings::of(fastest.cloned()));
+        let passes = passes(&Timings::of_reports(fastest.cloned()));
         let bytes = renderer.plan_at(options.size).total();
         if settings.bounces != Bounces::All {
             self.renderer = Some(renderer);
         }
         let spent_cpu_ms = process_cpu_ms().zip(before).map(|(after, before)| after - before);
         let cpu_ms = timings.frame_cpu_ms().map(|spread| spread.min);
-        Ok(Row { passes, cpu_ms, spent_cpu_ms, bytes, image: encode(&image) })
+        Ok(Measurement { passes, cpu_ms, spent_cpu_ms, bytes, image: encode(&image) })
     }
 
     /// Evaluates a row against a reference.
-    pub fn judge(&self, row: &Row, reference: &Layers) -> Result<Reading> {
+    pub fn judge(&self, row: &Measurement, reference: &Layers) -> Result<Reading> {
         let pixels = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
         let more = pixels(self.setup.options.size) / pixels(self.setup.size);
         let spent: f64 = row.passes.values().sum();
@@ -206,7 +206,7 @@ impl<'a> Bench<'a> {
     }
 
     /// A row's image.
-    pub fn image(&self, row: &Row) -> Layers {
+    pub fn image(&self, row: &Measurement) -> Layers {
         let decode = |text: &String| bytemuck::pod_collect_to_vec(&BASE64_STANDARD.decode(text).unwrap_or_default());
         let layers = row.image.iter().map(|(aov, text)| (*aov, decode(text))).collect();
         Layers { width: self.setup.size.0, height: self.setup.size.1, layers }
@@ -229,7 +229,7 @@ impl<'a> Bench<'a> {
     }
 
     /// A view's reference of all light. `copy` 0 and 1: two independent ones.
-    pub fn reference(&mut self, seen: &Seen, copy: u64) -> Result<Arc<Layers>> {
+    pub fn reference(&mut self, seen: &PlanView, copy: u64) -> Result<Arc<Layers>> {
         let Setup { scene, size, part, trace, .. } = &self.setup;
         let seed = 2 * u64::from(self.level) + copy;
         let key = (seen.key(scene, *size), seed);
@@ -254,7 +254,7 @@ impl<'a> Bench<'a> {
 
     /// Makes finer references of a view until their noise is at most `wanted`, or the next ones would not be there
     /// `until` then.
-    pub fn refine(&mut self, seen: &Seen, wanted: f64, until: Instant) -> Result<()> {
+    pub fn refine(&mut self, seen: &PlanView, wanted: f64, until: Instant) -> Result<()> {
         loop {
             let began = Instant::now();
             let noise = self.noise(seen)?;
@@ -275,7 +275,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Seconds that a sample of all pixels takes, by a few that nothing is kept of.
-    fn trial_pace(&self, seen: &Seen) -> Result<f64> {
+    fn trial_pace(&self, seen: &PlanView) -> Result<f64> {
         const SAMPLES: u32 = 4;
         let Setup { scene, size, .. } = self.setup;
         let began = OnceLock::new();
@@ -289,7 +289,7 @@ impl<'a> Bench<'a> {
     }
 
     /// How wrong a reference itself is: two of them differ by √2 of that.
-    pub fn noise(&mut self, seen: &Seen) -> Result<f64> {
+    pub fn noise(&mut self, seen: &PlanView) -> Result<f64> {
         let [a, b] = [self.reference(seen, 0)?, self.reference(seen, 1)?];
         Ok(self.error(&b, &a)? * std::f64::consts::FRAC_1_SQRT_2)
     }
@@ -301,7 +301,7 @@ impl<'a> Bench<'a> {
     pub fn times(
         &mut self,
         all: &[Settings],
-        views: &[Seen],
+        views: &[PlanView],
         rounds: usize,
         until: Instant,
     ) -> Result<Vec<(Timings, u64)>> {
@@ -337,8 +337,8 @@ impl<'a> Bench<'a> {
 }
 
 /// The slowest of frames from scratch, one of each view.
-fn slowest(renderer: &mut Renderer, views: &[Seen]) -> Result<FrameReport> {
-    let frame = |seen: &Seen| {
+fn slowest(renderer: &mut Renderer, views: &[PlanView]) -> Result<FrameReport> {
+    let frame = |seen: &PlanView| {
         renderer.make_anew();
         renderer.render(&seen.pose, &seen.view)
     };

@@ -17,7 +17,7 @@ pub struct Needs {
 }
 
 impl Needs {
-    pub fn of(scene: &Scene) -> Self {
+    pub fn of_scene(scene: &Scene) -> Self {
         let used: Vec<&Material> =
             scene.instances.iter().map(|i| &scene.materials[scene.meshes[i.mesh].material]).collect();
         let wide = scene.lights.iter().any(|light| light.radius > 0.0);

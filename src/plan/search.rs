@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::limits::{Limits, Score};
 use super::model::{Model, differing};
-use super::space::{Ladder, Place, Space};
+use super::space::{Ladder, Rungs, Space};
 use crate::Result;
 
 /// Result of one measurement.
@@ -26,7 +26,7 @@ pub struct Reading {
 pub struct Point {
     /// Index of its space.
     pub space: usize,
-    pub place: Place,
+    pub place: Rungs,
     pub reading: Reading,
 }
 
@@ -42,12 +42,12 @@ impl Point {
 pub type Measure<'a> = dyn FnMut(usize, &[usize]) -> Result<Reading> + 'a;
 
 /// A combination is measured if it promises to be better by such a share,
-const WORTH: f64 = 0.03;
+const MIN_GAIN: f64 = 0.03;
 /// where time and error are taken for so much less per ladder that differs, since predictions are off by some percent
 /// each way,
-const HOPE: f64 = 0.98;
+const OPTIMISM_PER_STEP: f64 = 0.98;
 /// until so many in a row broke that promise.
-const MISSES: u32 = 6;
+const MAX_FAILED_PREDICTIONS: u32 = 6;
 /// Ladders in which a combination differs from the best at once, and rungs on each.
 const CHANGED: usize = 4;
 const REACH: usize = 2;
@@ -97,7 +97,7 @@ impl<'a> Search<'a> {
     }
 
     /// The score of a place, which is measured unless it was.
-    fn look(&mut self, space: usize, place: &Place, measure: &mut Measure) -> Result<Score> {
+    fn look(&mut self, space: usize, place: &Rungs, measure: &mut Measure) -> Result<Score> {
         if let Some(point) = self.point(space, place) {
             return Ok(self.score(point));
         }
@@ -144,7 +144,7 @@ impl<'a> Search<'a> {
                 self.look(space, &step, measure)?;
                 continue;
             }
-            let Some(place) = self.promising(&best).filter(|_| misses < MISSES) else { break };
+            let Some(place) = self.promising(&best).filter(|_| misses < MAX_FAILED_PREDICTIONS) else { break };
             let kept = self.look(space, &place, measure)? < self.score(&best);
             misses = if kept { 0 } else { misses + 1 };
         }
@@ -152,7 +152,7 @@ impl<'a> Search<'a> {
     }
 
     /// A step of a ladder next to a place that nothing is known of yet: down first.
-    fn unknown_step(&self, from: &Point) -> Option<Place> {
+    fn unknown_step(&self, from: &Point) -> Option<Rungs> {
         let model = Model::new(self.spaces, &self.points, from);
         let ladders = &self.spaces[from.space].ladders;
         let down = (0..ladders.len()).map(|ladder| (ladder, from.place[ladder].checked_sub(1)));
@@ -166,31 +166,31 @@ impl<'a> Search<'a> {
     }
 
     /// The place about the best that is predicted to do better than it, and best of all that were not measured.
-    fn promising(&self, best: &Point) -> Option<Place> {
+    fn promising(&self, best: &Point) -> Option<Rungs> {
         let model = Model::new(self.spaces, &self.points, best);
         let target = self.score(best);
-        let promised = |place: Place| {
-            let hope = HOPE.powi(differing(&best.place, &place).count() as i32);
+        let promised = |place: Rungs| {
+            let hope = OPTIMISM_PER_STEP.powi(differing(&best.place, &place).count() as i32);
             let reading = model.predict(&place)?;
             let hoped = Reading { ms: reading.ms * hope, error: reading.error * hope, ..reading };
             Some((self.limits.score(&hoped), place))
         };
         let about = about(&self.spaces[best.space].ladders, &best.place, 0, CHANGED);
         let new = about.into_iter().filter(|place| self.point(best.space, place).is_none());
-        let better = new.filter_map(promised).filter(|(score, _)| score.beats(&target, WORTH));
+        let better = new.filter_map(promised).filter(|(score, _)| score.beats(&target, MIN_GAIN));
         better.min_by(|a, b| a.0.compare(&b.0)).map(|(_, place)| place)
     }
 }
 
 /// A place with another rung of one ladder.
-pub fn with_rung(place: &[usize], ladder: usize, rung: usize) -> Place {
+pub fn with_rung(place: &[usize], ladder: usize, rung: usize) -> Rungs {
     let mut place = place.to_vec();
     place[ladder] = rung;
     place
 }
 
 /// Every place that differs from this one in up to `most` ladders from the `first` on, by few rungs.
-fn about(ladders: &[Ladder], place: &[usize], first: usize, most: usize) -> Vec<Place> {
+fn about(ladders: &[Ladder], place: &[usize], first: usize, most: usize) -> Vec<Rungs> {
     let mut places = Vec::new();
     for ladder in first..ladders.len() {
         let own = place[ladder];
@@ -214,7 +214,7 @@ mod tests {
     use super::*;
 
     /// A full sweep of a scene (`examples/pages/plan.rs`): of each place its space, itself and its reading.
-    type Swept = Vec<(usize, Place, Reading)>;
+    type Swept = Vec<(usize, Rungs, Reading)>;
 
     /// The spaces that were swept.
     fn swept_spaces() -> Vec<Space> {
@@ -232,10 +232,10 @@ mod tests {
     fn read(path: &Path, spaces: &[Space]) -> Swept {
         #[derive(serde::Deserialize)]
         struct Kept {
-            rows: Vec<(String, Place, [f64; 2], f64)>,
+            rows: Vec<(String, Rungs, [f64; 2], f64)>,
         }
         let kept: Kept = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
-        let row = |(method, place, ms, error): (String, Place, [f64; 2], f64)| {
+        let row = |(method, place, ms, error): (String, Rungs, [f64; 2], f64)| {
             let space = spaces.iter().position(|space| space.method.name() == method).unwrap();
             (space, place, reading(ms, error))
         };

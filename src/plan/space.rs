@@ -14,7 +14,7 @@ pub struct Ladder {
 }
 
 /// A rung of every ladder.
-pub type Place = Vec<usize>;
+pub type Rungs = Vec<usize>;
 
 /// All that is tried of one method.
 #[derive(Clone, Debug)]
@@ -23,7 +23,7 @@ pub struct Space {
     base: Settings,
     pub ladders: Vec<Ladder>,
     /// Where the search begins: what presets come to.
-    pub starts: Vec<Place>,
+    pub starts: Vec<Rungs>,
 }
 
 /// Whether a ladder is of use for a scene and a method.
@@ -123,7 +123,7 @@ impl Space {
     }
 
     /// The place of settings; a value that is no rung counts as the lowest.
-    pub fn place(&self, settings: &Settings) -> Place {
+    pub fn place(&self, settings: &Settings) -> Rungs {
         let entries = settings.entries();
         let rung = |ladder: &Ladder| {
             let value = entries.iter().find(|entry| entry.0.name == ladder.key).map(|entry| entry.1.as_str());
@@ -133,9 +133,9 @@ impl Space {
     }
 
     /// Every place: of all combinations of rungs.
-    pub fn places(&self) -> Vec<Place> {
-        let grow = |places: Vec<Place>, ladder: &Ladder| {
-            let with = |place: &Place, rung| place.iter().copied().chain([rung]).collect();
+    pub fn places(&self) -> Vec<Rungs> {
+        let grow = |places: Vec<Rungs>, ladder: &Ladder| {
+            let with = |place: &Rungs, rung| place.iter().copied().chain([rung]).collect();
             places.iter().flat_map(|place| (0..ladder.rungs.len()).map(move |rung| with(place, rung))).collect()
         };
         self.ladders.iter().fold(vec![Vec::new()], grow)

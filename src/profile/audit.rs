@@ -54,7 +54,7 @@ impl Audit {
     ///
     /// # Errors
     /// Those of the renderer.
-    pub fn of(
+    pub fn of_frame(
         context: &Arc<Context>,
         Still { scene, pose, view }: Still,
         settings: &Settings,

@@ -63,7 +63,7 @@ impl Copy {
             r.dispatch(&self.pipeline, &binds, &(), [self.bytes.div_ceil(GROUP_BYTES) as u32, 1, 1]);
         });
         let zones = recorder.finish()?.zones;
-        Ok(([zones[1].gpu_ms, zones[2].gpu_ms], Counts::of(&zones[2].counts)))
+        Ok(([zones[1].gpu_ms, zones[2].gpu_ms], Counts::of_counters(&zones[2].counts)))
     }
 }
 
@@ -72,7 +72,7 @@ pub fn measure(context: &Arc<Context>) -> Result<CopyRates> {
     let copy = Copy::new(context, BYTES)?;
     copy.run()?;
     let times: Vec<[f64; 2]> = (0..REPEATS).map(|_| Ok(copy.run()?.0)).collect::<Result<_>>()?;
-    let rate = |which: usize| gb_per_s(2 * BYTES, Spread::of(times.iter().map(|t| t[which])).median);
+    let rate = |which: usize| gb_per_s(2 * BYTES, Spread::of_values(times.iter().map(|t| t[which])).median);
     Ok(CopyRates { buffer_gb_per_s: rate(0), shader_gb_per_s: rate(1) })
 }
 

@@ -46,7 +46,7 @@ pub struct Work<'a> {
 /// Units of work of the ground's passes, by the start of their names.
 const GROUND_UNITS: [(&str, PassUnit); 7] = [
     ("voxelise", PassUnit::MadeItems),
-    ("alike", PassUnit::WalkedItems),
+    ("group", PassUnit::WalkedItems),
     ("split", PassUnit::WalkedItems),
     ("visibility", PassUnit::Pixels),
     ("gather", PassUnit::Pixels),
@@ -71,7 +71,7 @@ fn cost(pass: &PassTiming, counted: &[(&'static str, Counts)], work: &Work) -> P
     let written_bytes = if unit == Some(PassUnit::MadeItems) {
         // An item, and the voxel's head for it.
         items * (size_of::<layout::ListItem>() as u64 + 4) + 4 * u64::from(frame.occupied_voxels)
-    } else if name == "alike" {
+    } else if name == "group" {
         // Twice: first which way it faces, then the item that is lit for it.
         2 * items * size_of::<layout::ItemPart>() as u64
     } else if name == "record" {

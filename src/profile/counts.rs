@@ -17,7 +17,7 @@ macro_rules! kinds {
             pub const KINDS: &'static [(&'static str, usize)] = &[$(($glsl, $bytes)),+];
 
             /// From the counters of a zone.
-            pub fn of(counters: &[u64]) -> Self {
+            pub fn of_counters(counters: &[u64]) -> Self {
                 let mut counters = counters.iter().copied();
                 Self { $($field: counters.next().unwrap_or(0)),+ }
             }
@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn bytes_add_up() {
         let counters: Vec<u64> = (0..Counts::KINDS.len() as u64).collect();
-        let counts = Counts::of(&counters);
+        let counts = Counts::of_counters(&counters);
         assert_eq!((counts.volume_texels, counts.corners), (3, 9));
         let alone = Counts { triangles: 2, words: 1, cone_steps: 9, ..Default::default() };
         assert_eq!(alone.fetched_bytes(), 2 * 84 + 4);

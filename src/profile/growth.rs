@@ -58,7 +58,7 @@ pub struct Along {
 }
 
 /// The result of a run; of one that did not fit into device memory, the reason.
-pub type Found = std::result::Result<Timings, String>;
+pub type RunResult = std::result::Result<Timings, String>;
 
 /// The runs along all three axes.
 pub fn runs(subject: &Subject) -> Vec<Along> {
@@ -106,12 +106,12 @@ impl Along {
 }
 
 /// The axes, from their runs and what these gave.
-pub fn growth(runs: &[Along], found: &[Found]) -> Vec<Growth> {
+pub fn growth(runs: &[Along], found: &[RunResult]) -> Vec<Growth> {
     let all = || runs.iter().zip(found);
     ["voxels", "triangles", "pixels"].map(|axis| of_axis(axis, all().filter(|(run, _)| run.axis == axis))).to_vec()
 }
 
-fn of_axis<'a>(axis: &'static str, runs: impl Iterator<Item = (&'a Along, &'a Found)>) -> Growth {
+fn of_axis<'a>(axis: &'static str, runs: impl Iterator<Item = (&'a Along, &'a RunResult)>) -> Growth {
     let mut growth = Growth { axis, ..Growth::default() };
     let Growth { values, occupied_voxels, passes, left_out, .. } = &mut growth;
     for (run, found) in runs {
@@ -155,16 +155,20 @@ pub fn table(growth: &Growth) -> String {
     let mut text = row(growth.axis, growth.values.iter().map(f64::to_string).collect(), "exponent");
     let occupied: Vec<f64> = growth.occupied_voxels.iter().map(|count| f64::from(*count)).collect();
     let cells = growth.occupied_voxels.iter().map(u32::to_string).collect();
-    text += &row("occupied voxels", cells, &words(exponent(&growth.values, &occupied)));
+    text += &row("occupied voxels", cells, &exponent_in_words(exponent(&growth.values, &occupied)));
     for pass in &growth.passes {
-        text += &row(pass.name, pass.gpu_ms.iter().map(|ms| format!("{ms:.3}")).collect(), &words(pass.exponent));
+        text += &row(
+            pass.name,
+            pass.gpu_ms.iter().map(|ms| format!("{ms:.3}")).collect(),
+            &exponent_in_words(pass.exponent),
+        );
     }
     growth.left_out.iter().for_each(|why| text += &format!("left out: {why}\n"));
     text
 }
 
 /// Two digits, and no −0.00.
-pub(super) fn words(exponent: Option<f64>) -> String {
+pub(super) fn exponent_in_words(exponent: Option<f64>) -> String {
     exponent.map_or_else(String::new, |e| format!("{:.2}", (e * 100.0).round() / 100.0 + 0.0))
 }
 

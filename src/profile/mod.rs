@@ -22,7 +22,7 @@ use counts::Counts;
 
 /// A frame that is rendered many times, from scratch each time.
 #[derive(Clone)]
-pub struct Subject<'a> {
+pub struct RepeatedFrame<'a> {
     pub scene: &'a Scene,
     pub pose: &'a Pose,
     pub view: &'a View,
@@ -44,7 +44,7 @@ pub struct Run {
 /// empties the cells of the frame before.
 pub const WARM_UP: u32 = 2;
 
-impl Subject<'_> {
+impl RepeatedFrame<'_> {
     /// Renders `frames` frames that count.
     pub fn run(&self, context: &Arc<Context>, frames: u32) -> Result<Run> {
         let mut renderer = self.renderer(context)?;
@@ -67,7 +67,7 @@ impl Subject<'_> {
                 None => counted.push((zone.name, zone.counts)),
             }
         }
-        Ok(counted.into_iter().map(|(name, counts)| (name, Counts::of(&counts))).collect())
+        Ok(counted.into_iter().map(|(name, counts)| (name, Counts::of_counters(&counts))).collect())
     }
 
     fn renderer(&self, context: &Arc<Context>) -> Result<Renderer> {

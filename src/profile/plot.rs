@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::growth::{Growth, words};
+use super::growth::{Growth, exponent_in_words};
 use crate::output::svg::{COLORS_ON_WHITE, LogAxis, escape};
 
 const WIDTH: f64 = 330.0;
@@ -74,7 +74,9 @@ fn panel_svg(axis: &Growth, names: &[&'static str]) -> String {
         }
         let at = bottom + 36.0 + ROW * row as f64;
         add(format!("<path d=\"M{LEFT} {}h16\" stroke=\"{color}\" stroke-width=\"3\"/>", at - 4.0));
-        let power = pass.exponent.map_or_else(String::new, |_| format!(" ~ {} ^ {}", axis.axis, words(pass.exponent)));
+        let power = pass
+            .exponent
+            .map_or_else(String::new, |_| format!(" ~ {} ^ {}", axis.axis, exponent_in_words(pass.exponent)));
         add(format!("<text x=\"{}\" y=\"{at}\">{}{power}</text>", LEFT + 22.0, escape(pass.name)));
     }
     svg

@@ -24,7 +24,7 @@ pub const WIDTH: usize = 8;
 
 /// A node with up to eight children.
 #[derive(Clone, Copy)]
-pub struct Node {
+pub struct WideNode {
     /// Minimum x y z, then maximum x y z of each child's box. For an empty lane minimum > maximum: no ray hits it.
     pub planes: [Lanes; 6],
     /// The index of a node, or [`LEAF`] | the index of a packet; [`NONE`] in the empty lanes, which come last.
@@ -46,7 +46,7 @@ pub struct Packet {
 /// A bounding volume hierarchy over triangles.
 pub struct Bvh {
     /// The first is the root.
-    pub nodes: Vec<Node>,
+    pub nodes: Vec<WideNode>,
     pub packets: Vec<Packet>,
 }
 
@@ -71,7 +71,7 @@ impl Bvh {
 struct Collapse<'a> {
     triangles: &'a [[Vec3; 3]],
     binary: Bvh2,
-    nodes: Vec<Node>,
+    nodes: Vec<WideNode>,
     packets: Vec<Packet>,
 }
 
@@ -96,7 +96,7 @@ impl Collapse<'_> {
         };
         // The node comes before its children.
         let at = self.nodes.len();
-        self.nodes.push(Node { planes: std::array::from_fn(plane), children: [NONE; WIDTH] });
+        self.nodes.push(WideNode { planes: std::array::from_fn(plane), children: [NONE; WIDTH] });
         for (lane, child) in children.into_iter().enumerate() {
             let node = &self.binary.nodes[child];
             self.nodes[at].children[lane] = if node.is_leaf() {

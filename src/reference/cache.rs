@@ -217,7 +217,7 @@ pub(super) fn decode(bytes: &[u8]) -> Option<(Film, blake3::Hash)> {
     let is_believed = film.started() <= MOST_SAMPLES
         && first <= MOST_SAMPLES
         && last <= film.done()
-        && Tiles::of(first + film.done()).are_even(&film.rows);
+        && Tiles::from_tile(first + film.done()).are_even(&film.rows);
     is_believed.then_some((film, blake3::Hash::from_bytes(key)))
 }
 

@@ -28,7 +28,7 @@ const DIFFUSE: usize = 7;
 
 /// A row of pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Row {
+pub struct PixelRow {
     /// Samples per pixel so far.
     pub done: u32,
     /// Non-finite samples, which count as black.
@@ -43,7 +43,7 @@ pub struct Film {
     /// Number of the first sample: 0, but for a part that is merged with others.
     pub first: u32,
     /// From the top.
-    pub rows: Vec<Row>,
+    pub rows: Vec<PixelRow>,
     /// (samples per pixel, noise) at each count of [`next_check`] that all rows reached.
     pub history: Vec<(u32, f64)>,
 }
@@ -124,7 +124,7 @@ impl Pixel {
 
 impl Film {
     pub fn new(width: u32, height: u32) -> Self {
-        let row = Row { pixels: vec![Pixel::default(); width as usize], ..Row::default() };
+        let row = PixelRow { pixels: vec![Pixel::default(); width as usize], ..PixelRow::default() };
         Self { width, first: 0, rows: vec![row; height as usize], history: Vec::new() }
     }
 

@@ -36,7 +36,7 @@ use rayon::prelude::*;
 use crate::scene::{Still, View};
 use crate::{Error, Result};
 use camera::Camera;
-use film::{Film, Row, next_check};
+use film::{Film, PixelRow, next_check};
 use integrator::Integrator;
 pub use itself::lights_itself;
 use sampler::Sampler;
@@ -169,7 +169,7 @@ fn trace(integrator: &Integrator, view: &View, options: &Options, film: &mut Fil
     film.first = options.stop.first();
     let before = film.paths();
     let progress = |paths, expected, noise| progress(Progress { before, paths, expected, noise });
-    let job = Job { integrator, camera, options, progress: &progress, cancel };
+    let job = ActiveRender { integrator, camera, options, progress: &progress, cancel };
     if !options.stop.reached(film) {
         progress(before, before.max(1), None);
     }
@@ -191,7 +191,7 @@ fn trace(integrator: &Integrator, view: &View, options: &Options, film: &mut Fil
 }
 
 /// A render under way.
-struct Job<'a> {
+struct ActiveRender<'a> {
     integrator: &'a Integrator<'a>,
     camera: Camera,
     options: &'a Options,
@@ -200,7 +200,7 @@ struct Job<'a> {
     cancel: &'a AtomicBool,
 }
 
-impl Job<'_> {
+impl ActiveRender<'_> {
     /// Renders every row up to `target` samples per pixel; after `cancel` is set, rows that are not finished stay as
     /// they were.
     fn pass(&self, film: &mut Film, target: u32) {
@@ -209,7 +209,7 @@ impl Job<'_> {
         let expected = u64::from(width) * u64::from(height) * u64::from(stop.expected(film).max(target));
         let (first, paths) = (film.first, AtomicU64::new(film.paths()));
         while film.done() < target && !self.cancel.load(Ordering::Relaxed) {
-            let tiles = Tiles::of(first + film.done());
+            let tiles = Tiles::from_tile(first + film.done());
             let target = target.min(tiles.end - first);
             tiles.rows(&mut film.rows).for_each(|(y, rows)| {
                 let done = rows[0].done;
@@ -236,7 +236,7 @@ impl Job<'_> {
 
     /// Adds sample number `index` to the pixels of the tile of `columns` pixels' width, in all of `rows`, that has its
     /// upper left corner at `corner`.
-    fn trace_tile(&self, rows: &mut [Row], corner: [usize; 2], columns: usize, index: u32) {
+    fn trace_tile(&self, rows: &mut [PixelRow], corner: [usize; 2], columns: usize, index: u32) {
         let pixels: Vec<_> = (0..rows.len()).flat_map(|y| (0..columns).map(move |x| (corner[0] + x, y))).collect();
         let (mut rays, mut samplers) = (Vec::with_capacity(pixels.len()), Vec::with_capacity(pixels.len()));
         for &(x, row) in &pixels {

@@ -11,7 +11,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::bvh;
-use super::film::Row;
+use super::film::PixelRow;
 use super::integrator::{Integrator, Path, Sample, Vertex, weight};
 use super::lights::LightSample;
 use super::sampler::Sampler;
@@ -37,7 +37,7 @@ pub struct Tiles {
 
 impl Tiles {
     /// The tiles of sample number `index`.
-    pub fn of(index: u32) -> Self {
+    pub fn from_tile(index: u32) -> Self {
         let samples = (1 << index.max(16).ilog2()) / 4;
         let change = (index / samples) as usize;
         // Four changes put the borders at each place in each direction.
@@ -54,7 +54,10 @@ impl Tiles {
     }
 
     /// The rows of tiles, each with the number of its first row of pixels.
-    pub fn rows<'a>(&self, rows: &'a mut [Row]) -> impl IndexedParallelIterator<Item = (usize, &'a mut [Row])> {
+    pub fn rows<'a>(
+        &self,
+        rows: &'a mut [PixelRow],
+    ) -> impl IndexedParallelIterator<Item = (usize, &'a mut [PixelRow])> {
         let first = self.first[1].min(rows.len());
         let (above, below) = rows.split_at_mut(first);
         let next = below.par_chunks_mut(SIDE).enumerate().map(move |(i, rows)| (first + i * SIDE, rows));
@@ -62,9 +65,9 @@ impl Tiles {
     }
 
     /// Whether rows that belong to one row of tiles have as many samples.
-    pub fn are_even(&self, rows: &[Row]) -> bool {
+    pub fn are_even(&self, rows: &[PixelRow]) -> bool {
         let (above, below) = rows.split_at(self.first[1].min(rows.len()));
-        let same = |rows: &[Row]| rows.iter().all(|row| row.done == rows[0].done);
+        let same = |rows: &[PixelRow]| rows.iter().all(|row| row.done == rows[0].done);
         same(above) && below.chunks(SIDE).all(same)
     }
 }

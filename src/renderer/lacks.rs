@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use crate::settings::{Method, Settings};
-use crate::vk::{BindingKind, DeviceReport, Stage, shader};
+use crate::vk::{BindingKind, DeviceReport, ShaderStage, shader};
 
 /// How much one stage of a shader takes at most of what devices limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,7 +25,7 @@ impl StageNeeds {
         Self {
             storage_buffers: count(BindingKind::Storage, false),
             storage_images: count(BindingKind::StorageImage, false),
-            fragment_outputs: if info.stage == Stage::Fragment { written } else { 0 },
+            fragment_outputs: if info.stage == ShaderStage::Fragment { written } else { 0 },
         }
     }
 

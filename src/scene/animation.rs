@@ -28,14 +28,14 @@ impl Scene {
     pub fn pose_of(&self, playback: &Playback, time_s: f64) -> Pose {
         self.at_moment(playback, time_s, |world, deforms| {
             let light = |node: usize| {
-                let place = world.of(node);
+                let place = world.of_node(node);
                 let direction = place.matrix3.z_axis.try_normalize().map_or(DVec3::NEG_Z, |z| -z);
                 PosedLight { position: place.translation, direction }
             };
             Pose {
                 world_from_instance: self.instances.iter().map(|i| self.place(i, world)).collect(),
                 lights: self.lights.iter().map(|l| light(l.node)).collect(),
-                world_from_camera: self.cameras.iter().map(|c| world.of(c.node)).collect(),
+                world_from_camera: self.cameras.iter().map(|c| world.of_node(c.node)).collect(),
                 deforms,
                 time_s,
             }
@@ -70,10 +70,10 @@ impl Scene {
 
     /// Where an instance stands: at its node, or where its joints are, moved as instancing moves it from the node.
     pub(super) fn place(&self, instance: &Instance, world: &World) -> DAffine3 {
-        let own = world.of(instance.node);
+        let own = world.of_node(instance.node);
         let Some(deformer) = self.skinned(instance.mesh) else { return own };
         let frame = deformer.world_from_frame(&world.inner);
-        let moved = own * world.of(deformer.node).inverse() * frame;
+        let moved = own * world.of_node(deformer.node).inverse() * frame;
         if instance.node == deformer.node || !moved.is_finite() { frame } else { moved }
     }
 
@@ -130,13 +130,13 @@ impl<'a> World<'a> {
     pub fn new(nodes: &'a [Node], locals: &'a [Transform], count: usize) -> Self {
         let mut world = Self { nodes, locals, inner: Vec::with_capacity(count) };
         for node in 0..count {
-            world.inner.push(world.of(node));
+            world.inner.push(world.of_node(node));
         }
         world
     }
 
     /// Where one node stands.
-    pub fn of(&self, node: usize) -> DAffine3 {
+    pub fn of_node(&self, node: usize) -> DAffine3 {
         if let Some(place) = self.inner.get(node) {
             return *place;
         }

@@ -36,7 +36,7 @@ pub struct Deform {
     pub positions: Vec<Vec3>,
     pub normals: Vec<Vec3>,
     pub tangents: Vec<Vec4>,
-    pub targets: Vec<Target>,
+    pub targets: Vec<TargetDeltas>,
     /// Influences of joints on a vertex; 0 without a skin.
     pub influences: usize,
     /// Joint and weight, [`Self::influences`] for each vertex; their weights add up to 1.
@@ -48,7 +48,7 @@ pub struct Deform {
 
 /// Differences of a morph target.
 #[derive(Clone, Debug, Default)]
-pub struct Target {
+pub struct TargetDeltas {
     pub positions: Vec<Vec3>,
     pub normals: Vec<Vec3>,
     pub tangents: Vec<Vec3>,
@@ -92,7 +92,7 @@ pub type Vertices = (Vec<Vec3>, Vec<Vec3>, Vec<Vec4>);
 
 impl Deform {
     /// The vertices in a pose: morph targets first, then the skin.
-    pub fn of(&self, pose: &DeformPose) -> Vertices {
+    pub fn vertices(&self, pose: &DeformPose) -> Vertices {
         let vertices = 0..self.positions.len();
         let (mut positions, mut normals, mut tangents) = (Vec::new(), Vec::new(), Vec::new());
         for v in vertices.clone() {
@@ -184,14 +184,14 @@ impl Mesh {
     /// The mesh in a pose; itself where nothing deforms it.
     pub fn posed(&self, pose: &Pose) -> Cow<'_, Self> {
         let Some(deform) = &self.deform else { return Cow::Borrowed(self) };
-        let (positions, normals, tangents) = deform.of(&pose.deforms[deform.deformer]);
+        let (positions, normals, tangents) = deform.vertices(&pose.deforms[deform.deformer]);
         Cow::Owned(Self { positions, normals, tangents, ..self.clone() })
     }
 
     /// Its positions alone.
     pub fn posed_positions(&self, pose: &Pose) -> Cow<'_, [Vec3]> {
         match &self.deform {
-            Some(deform) => Cow::Owned(deform.of(&pose.deforms[deform.deformer]).0),
+            Some(deform) => Cow::Owned(deform.vertices(&pose.deforms[deform.deformer]).0),
             None => Cow::Borrowed(&self.positions),
         }
     }
@@ -217,7 +217,7 @@ impl Mesh {
         deform.positions = std::mem::take(&mut self.positions);
         deform.normals = std::mem::take(&mut self.normals);
         deform.tangents = std::mem::take(&mut self.tangents);
-        (self.positions, self.normals, self.tangents) = deform.of(pose);
+        (self.positions, self.normals, self.tangents) = deform.vertices(pose);
     }
 }
 

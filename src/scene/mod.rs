@@ -42,7 +42,7 @@ pub struct Scene {
     /// Index 0 is always glTF's default material.
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
-    pub images: Vec<Image>,
+    pub images: Vec<TextureImage>,
     /// The node tree, parents before children.
     pub nodes: Vec<Node>,
     pub animations: Vec<Animation>,
@@ -218,7 +218,7 @@ pub enum Mip {
 
 /// 8-bit RGBA, rows from the top, as stored. The material slot decides between sRGB and linear.
 #[derive(Clone, Debug, Default)]
-pub struct Image {
+pub struct TextureImage {
     pub name: String,
     pub width: u32,
     pub height: u32,

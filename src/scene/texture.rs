@@ -12,7 +12,7 @@ use rayon::prelude::*;
 pub use crate::color::{linear_from_srgb, srgb_from_linear};
 
 use super::surface::SurfacePoint;
-use super::{Image, Material, Mip, Scene, Texture, TextureRef, Wrap};
+use super::{Material, Mip, Scene, Texture, TextureImage, TextureRef, Wrap};
 
 /// The encoding of a slot's texels. Different slots may use one image in both ways.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -89,7 +89,7 @@ pub struct MipChain {
 }
 
 impl MipChain {
-    pub fn new(image: &Image, space: ColorSpace) -> Self {
+    pub fn new(image: &TextureImage, space: ColorSpace) -> Self {
         let mut levels = vec![Level { width: image.width, height: image.height, rgba: image.rgba.clone() }];
         let mut size = [image.width as usize, image.height as usize];
         let mut texels: Vec<Vec4> = Vec::new();
@@ -251,7 +251,7 @@ pub struct Textures {
 
 impl Textures {
     /// Computes the chains that these of the scene's materials use, in parallel.
-    pub fn of<'m>(scene: &Scene, materials: impl IntoIterator<Item = &'m Material>) -> Self {
+    pub fn of_materials<'m>(scene: &Scene, materials: impl IntoIterator<Item = &'m Material>) -> Self {
         let slots = materials.into_iter().flat_map(Material::texture_slots);
         let used: BTreeSet<_> = slots.map(|(slot, space)| (scene.textures[slot.texture].image, space)).collect();
         let make = |key: (usize, ColorSpace)| (key, MipChain::new(&scene.images[key.0], key.1));
@@ -280,7 +280,7 @@ impl TextureRef {
     /// The mip level at which a square of `footprint` uv units (before the transform) is one texel wide in the
     /// geometric mean of both axes. Not clamped; −∞ for a footprint of 0.
     #[cfg_attr(not(internals), doc(hidden))]
-    pub fn level(&self, image: &Image, footprint: f32) -> f32 {
+    pub fn level(&self, image: &TextureImage, footprint: f32) -> f32 {
         let texels = image.width as f32 * image.height as f32 * self.transform.matrix2.determinant().abs();
         (footprint * texels.sqrt()).log2()
     }

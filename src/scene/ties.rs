@@ -16,7 +16,7 @@ const LEAST_OF_SAME: f32 = 1.0 / 64.0;
 
 /// Makes boxes a little larger, each by another amount, of which there are many of the same size.
 pub(crate) fn break_ties(boxes: &mut [Aabb]) {
-    let (mut sizes, mut places) = (Counts::new(boxes.len()), Counts::new(boxes.len()));
+    let (mut sizes, mut places) = (HashCounts::new(boxes.len()), HashCounts::new(boxes.len()));
     for (index, aabb) in boxes.iter_mut().enumerate() {
         let size = aabb.max - aabb.min;
         let same = places.many([aabb.min, aabb.max].map(|corner| corner.to_array()).as_flattened());
@@ -32,9 +32,9 @@ pub(crate) fn break_ties(boxes: &mut [Aabb]) {
 }
 
 /// How often numbers were seen, up to a hash.
-struct Counts(Vec<u8>);
+struct HashCounts(Vec<u8>);
 
-impl Counts {
+impl HashCounts {
     fn new(most: usize) -> Self {
         Self(vec![0; most.next_power_of_two()])
     }

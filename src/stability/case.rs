@@ -33,8 +33,8 @@ impl Case {
 
     /// The median over places and, in brackets where it reads otherwise, the number that is the farthest from the
     /// ideal.
-    pub fn words(&self, median: f64, min: f64, max: f64) -> String {
-        let (median, worst) = (self.unit.words(median), self.unit.words(self.farther(min, max)));
+    pub fn numbers_in_words(&self, median: f64, min: f64, max: f64) -> String {
+        let (median, worst) = (self.unit.value_in_words(median), self.unit.value_in_words(self.farther(min, max)));
         if median == worst { median } else { format!("{median} ({worst})") }
     }
 }
@@ -52,7 +52,7 @@ pub enum Unit {
 
 impl Unit {
     /// A number for readers.
-    pub fn words(self, value: f64) -> String {
+    pub fn value_in_words(self, value: f64) -> String {
         match self {
             // With a median that lies between both.
             _ if !value.is_finite() || value.abs() >= 0.1 * NOT_FINITE => "not finite".to_owned(),
@@ -148,8 +148,8 @@ mod tests {
 
     #[test]
     fn numbers_are_written_for_readers() {
-        let words = [0.0, 1e-7, 0.00123, 0.25, f64::NAN, 5e8].map(|value| Unit::Share.words(value));
+        let words = [0.0, 1e-7, 0.00123, 0.25, f64::NAN, 5e8].map(|value| Unit::Share.value_in_words(value));
         assert_eq!(words, ["0", "1e-5 %", "0.123 %", "25.0 %", "not finite", "not finite"]);
-        assert_eq!(Unit::Ratio.words(1.0), "1.000");
+        assert_eq!(Unit::Ratio.value_in_words(1.0), "1.000");
     }
 }

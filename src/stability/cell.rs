@@ -76,7 +76,7 @@ impl Cell<'_> {
         let samples = case.run(self)?;
         refuse_invalid(self.context)?;
         let seconds = start.elapsed().as_secs_f64();
-        let (measured, worst) = Measured::of(case, &samples, &self.frame_ms.borrow(), seconds);
+        let (measured, worst) = Measured::of_samples(case, &samples, &self.frame_ms.borrow(), seconds);
         let Sample { image, truth, .. } = &samples[worst];
         let display = Display::automatic(ToneMap::default(), truth.as_ref().unwrap_or(image));
         let uri = |pixels: &Pixels| picture::uri((SIZE, SIZE), codes(pixels, display));

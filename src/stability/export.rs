@@ -123,7 +123,7 @@ fn short(value: f64) -> String {
 
 /// A line of `rows.csv` as far as it is read again. A row that could not run has no numbers.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-pub struct Line {
+pub struct CsvLine {
     pub case: String,
     pub preset: String,
     pub grid: u32,
@@ -135,7 +135,7 @@ pub struct Line {
     pub more: String,
 }
 
-impl Line {
+impl CsvLine {
     /// Whether both are of one case, preset and grid.
     pub fn is_same_as(&self, other: &Self) -> bool {
         (&self.case, &self.preset, self.grid) == (&other.case, &other.preset, other.grid)
@@ -151,12 +151,12 @@ impl Line {
 ///
 /// # Errors
 /// A sentence about the line that cannot be read.
-pub fn read_csv(text: &str) -> std::result::Result<Vec<Line>, String> {
+pub fn read_csv(text: &str) -> std::result::Result<Vec<CsvLine>, String> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     if reader.headers().is_ok_and(|head| *head != COLUMNS[..]) {
         return Err(format!("the first line is not {}", COLUMNS.join(",")));
     }
-    let line = |(i, line): (usize, csv::Result<Line>)| line.map_err(|_| format!("line {} is not a row", i + 2));
+    let line = |(i, line): (usize, csv::Result<CsvLine>)| line.map_err(|_| format!("line {} is not a row", i + 2));
     reader.deserialize().enumerate().map(line).collect()
 }
 
@@ -178,7 +178,7 @@ pub struct Changes {
 }
 
 /// Compares the rows of `now` with those of `before`. Rows that only the earlier table has are left out.
-pub fn changes(before: &[Line], now: &[Line]) -> Changes {
+pub fn changes(before: &[CsvLine], now: &[CsvLine]) -> Changes {
     let mut changes = Changes::default();
     for new in now {
         let name = format!("{} {} {}³", new.case, new.preset, new.grid);
@@ -226,7 +226,7 @@ mod tests {
         let text = csv(&[row, failed]);
         assert!(text.contains("0.01235,0,0.5,0.5,\"0.1, 0.2, 0.3 voxels\",rel = 1e-7,\n"), "{text}");
         let read = read_csv(&text).unwrap();
-        let Line { median, min, max, distance, .. } = read[0];
+        let CsvLine { median, min, max, distance, .. } = read[0];
         assert_eq!([median, min, max, distance], [0.01235, 0.0, 0.5, 0.5].map(Some));
         assert_eq!(read[0].further().collect::<Vec<_>>(), [("rel", "1e-7")]);
         assert_eq!((read[1].grid, read[1].distance), (32, None));
@@ -236,7 +236,7 @@ mod tests {
     #[test]
     fn worse_and_better_are_told_apart() {
         let table = |case: &str, distance| {
-            [Line { case: case.into(), preset: "fast".into(), grid: 32, distance, ..Line::default() }]
+            [CsvLine { case: case.into(), preset: "fast".into(), grid: 32, distance, ..CsvLine::default() }]
         };
         // The limit of leaks is a thousandth, that of stillness nothing.
         let told = |case, old, new| {

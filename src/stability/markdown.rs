@@ -66,7 +66,7 @@ fn fails(case: &Case, line: &Line) -> bool {
 
 fn cell(case: &Case, line: Option<&Line>) -> String {
     let words = |line: &Line| {
-        let text = case.words(line.median?, line.min?, line.max?);
+        let text = case.numbers_in_words(line.median?, line.min?, line.max?);
         Some(if fails(case, line) { format!("**{text}**") } else { text })
     };
     line.and_then(words).unwrap_or_else(|| MISSING.to_owned())
@@ -83,7 +83,7 @@ fn overview(all: &[&Line], cases: &[(&Case, Vec<&Line>)], details: &str) -> Stri
     let row = |(case, lines): &(&Case, Vec<&Line>)| {
         // As pages make anchors of headings.
         let anchor: String = case.name.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').collect();
-        let first = [format!("[{}]({details}#{anchor})", case.name), case.unit.words(case.ideal)];
+        let first = [format!("[{}]({details}#{anchor})", case.name), case.unit.value_in_words(case.ideal)];
         first.into_iter().chain(presets.iter().map(|preset| cell(case, find(lines, preset, grid)))).collect::<Vec<_>>()
     };
     let head = ["case", "ideal"].map(str::to_owned).into_iter().chain(presets.iter().map(|preset| coded(preset)));
@@ -96,7 +96,7 @@ fn sentence(grids: &[u32], case: &Case, lines: &[&Line]) -> String {
         let of_preset = grids.iter().filter_map(|grid| find(lines, preset, *grid)).filter(|line| fails(case, line));
         let words = |line: &Line| {
             let farthest = case.farther(line.min.unwrap_or_default(), line.max.unwrap_or_default());
-            format!("{} at {}³", case.unit.words(farthest), line.grid)
+            format!("{} at {}³", case.unit.value_in_words(farthest), line.grid)
         };
         let far: Vec<String> = of_preset.map(words).collect();
         (!far.is_empty()).then(|| format!("`{preset}` reaches {}", far.join(", ")))
@@ -117,7 +117,7 @@ fn section(grids: &[u32], case: &Case, lines: &[&Line]) -> String {
     };
     let head = std::iter::once("preset".to_owned()).chain(grids.iter().map(|grid| format!("{grid}³")));
     let table = markdown(head, "-:", presets(lines).into_iter().map(row));
-    let (ideal, limit) = (case.unit.words(case.ideal), case.unit.words(case.limit));
+    let (ideal, limit) = (case.unit.value_in_words(case.ideal), case.unit.value_in_words(case.limit));
     format!("\n## {}\n\n{} Ideal {ideal}, limit ±{limit}.\n\n{table}", case.name, case.meaning)
 }
 

@@ -57,7 +57,7 @@ pub struct Pictures {
 /// Stands for a number that is not finite, which JSON has no word for.
 pub const NOT_FINITE: f64 = 1e9;
 
-impl lab::Row for Row {
+impl lab::ExperimentRow for Row {
     type Pictures = Pictures;
 
     const KIND: Kind = Kind { command: "stability", words: "rows of stability", version: super::VERSION };
@@ -90,22 +90,22 @@ impl lab::Row for Row {
 
 impl Measured {
     /// `samples`: at least one. Returns the worst one too.
-    pub fn of(case: &Case, samples: &[Sample], frame_ms: &[f64], seconds: f64) -> (Self, usize) {
+    pub fn of_samples(case: &Case, samples: &[Sample], frame_ms: &[f64], seconds: f64) -> (Self, usize) {
         let finite = |value: f64| if value.is_finite() { value } else { NOT_FINITE };
         let numbers: Vec<f64> = samples.iter().map(|sample| finite(sample.number)).collect();
         let distance = |i: &usize| (numbers[*i] - case.ideal).abs();
         let worst = (0..numbers.len()).max_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or_default();
         let more = samples[0].more.iter().enumerate().map(|(i, (name, _))| {
             let values = samples.iter().map(|sample| finite(sample.more[i].1));
-            ((*name).to_owned(), Spread::of(values).median)
+            ((*name).to_owned(), Spread::of_values(values).median)
         });
         let measured = Self {
-            number: Spread::of(numbers.iter().copied()),
+            number: Spread::of_values(numbers.iter().copied()),
             distance: distance(&worst),
             worst: samples[worst].place.clone(),
             places: samples.iter().map(|sample| sample.place.clone()).zip(numbers.iter().copied()).collect(),
             more: more.collect(),
-            frame_gpu_ms: Spread::of(frame_ms.iter().copied()),
+            frame_gpu_ms: Spread::of_values(frame_ms.iter().copied()),
             seconds,
         };
         (measured, worst)

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use super::SIZE;
 use super::case::Place;
 use super::cell::Cell;
-use crate::ground::clearance::for_camera;
+use crate::ground::grid_choice::for_camera;
 use crate::layers::{Aov, Layers};
 use crate::renderer::{RenderOptions, Renderer};
 use crate::scene::{Bounds, Pose, Scene, Still, View};
@@ -48,14 +48,14 @@ impl Stage {
 }
 
 /// A stage on the device.
-pub struct Studio<'a> {
+pub struct CaseRenderer<'a> {
     cell: Cell<'a>,
     pub stage: Stage,
     pub renderer: Renderer,
     voxel_m: f64,
 }
 
-impl<'a> Studio<'a> {
+impl<'a> CaseRenderer<'a> {
     /// With the settings of the cell, [fitted](for_camera) as `render` does.
     pub fn new(cell: &Cell<'a>, stage: Stage) -> Result<Self> {
         Self::about(cell, stage, DVec3::ZERO)

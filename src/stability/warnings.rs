@@ -32,7 +32,7 @@ pub fn known_failures(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Set
         ));
     }
     let gathered = settings.lights.lamps == LampLight::Gathered && settings.method != Method::None;
-    let small = |part: &Part| part.lamp && part.sides.max_element() < grid.voxel_m;
+    let small = |part: &InstanceBox| part.lamp && part.sides.max_element() < grid.voxel_m;
     let lamps = if gathered { parts(scene, pose).filter(small).count() } else { 0 };
     if lamps > 0 {
         found.push(format!("{lamps} lamps are smaller than a voxel and gathered: set lights.lamps to sampled"));
@@ -44,7 +44,7 @@ pub fn known_failures(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Set
 /// scene's border. `bounds`: of the scene.
 pub fn thinnest(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Settings) -> Option<f64> {
     let voxel_m = Grid::place(bounds, settings).ok()?.voxel_m;
-    let thickness = |Part { sides, center, axes, .. }: Part| {
+    let thickness = |InstanceBox { sides, center, axes, .. }: InstanceBox| {
         let axis = (0..3).min_by(|a, b| sides[*a].total_cmp(&sides[*b]))?;
         let is_long = |other: usize| sides[other] > WALL * bounds.size().max_element();
         let normal = axes.col(axis).normalize_or_zero();
@@ -75,7 +75,7 @@ fn outside(grid: &Grid, bounds: Bounds) -> f64 {
 }
 
 /// The box about a mesh, where an instance of it stands.
-struct Part {
+struct InstanceBox {
     /// Metres along its axes.
     sides: DVec3,
     center: DVec3,
@@ -83,7 +83,7 @@ struct Part {
     lamp: bool,
 }
 
-fn parts(scene: &Scene, pose: &Pose) -> impl Iterator<Item = Part> {
+fn parts(scene: &Scene, pose: &Pose) -> impl Iterator<Item = InstanceBox> {
     let bounds = |mesh: &Mesh| {
         let least = mesh.positions.iter().copied().reduce(Vec3::min)?;
         Some((least.as_dvec3(), mesh.positions.iter().copied().reduce(Vec3::max)?.as_dvec3()))
@@ -93,7 +93,12 @@ fn parts(scene: &Scene, pose: &Pose) -> impl Iterator<Item = Part> {
         let ((least, most), axes) = (of_mesh[instance.mesh]?, world.matrix3);
         let lengths = DVec3::new(axes.x_axis.length(), axes.y_axis.length(), axes.z_axis.length());
         let lamp = scene.materials[scene.meshes[instance.mesh].material].emissive != Vec3::ZERO;
-        Some(Part { sides: lengths * (most - least), center: world.transform_point3(0.5 * (least + most)), axes, lamp })
+        Some(InstanceBox {
+            sides: lengths * (most - least),
+            center: world.transform_point3(0.5 * (least + most)),
+            axes,
+            lamp,
+        })
     })
 }
 

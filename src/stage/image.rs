@@ -65,7 +65,7 @@ impl Image {
     /// The path has another ending, or cannot be written; a .jpg of a picture with transparent pixels.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();
-        let kind = ImageKind::of(path);
+        let kind = ImageKind::of_path(path);
         if kind == Some(ImageKind::Jpeg) && self.layers.get(Aov::Alpha).is_some() {
             return Err(Error::file(path, "has no transparent pixels, as a .jpg; name a .png or an .exr"));
         }

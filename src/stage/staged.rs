@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use super::{Stage, Viewpoint, When};
-use crate::ground::clearance::fitted_to_camera;
+use crate::ground::grid_choice::fitted_to_camera;
 use crate::output::exr::Metadata;
 use crate::reference::lights_itself;
 use crate::scene::{Bounds, DEFAULT_FOV_DEGREES, Playback, Pose, Projection, Scene, Still, View};
@@ -33,12 +33,12 @@ pub struct Staged {
 pub struct Shot {
     playback: Playback,
     time_s: f64,
-    camera: Camera,
+    camera: StageCamera,
 }
 
 /// A camera of the file moves with its node; the others stand still.
 #[derive(Clone, Copy)]
-enum Camera {
+enum StageCamera {
     OfFile {
         index: usize,
         /// Radians; its own where absent.
@@ -95,7 +95,7 @@ impl Staged {
         let frames = stage.viewpoint == Viewpoint::Auto && self.scene.cameras.is_empty();
         let (camera, words) = match &self.shot.camera {
             // A ground has been added since.
-            Camera::Fixed(view) if frames => (Camera::Fixed(*view), self.camera.clone()),
+            StageCamera::Fixed(view) if frames => (StageCamera::Fixed(*view), self.camera.clone()),
             _ => stage.choose_camera(&self.scene, self.size, || self.bounds())?,
         };
         let shot = Shot { time_s: stage.time_s, camera, ..self.shot.clone() };
@@ -159,7 +159,7 @@ impl Stage {
         scene: &Scene,
         (width, height): (u32, u32),
         bounds: impl FnOnce() -> Bounds,
-    ) -> Result<(Camera, String)> {
+    ) -> Result<(StageCamera, String)> {
         let fov = self.fov_degrees.map(|fov| fov.to_radians() as f32);
         let fov_words = self.fov_degrees.map_or(String::new(), |fov| format!(" fov {fov}"));
         let index = match &self.viewpoint {
@@ -168,7 +168,7 @@ impl Stage {
                 let view = View::look_at(*eye, *target, *up, fov.to_radians() as f32);
                 let point = |p: &glam::DVec3| format!("{},{},{}", p.x, p.y, p.z);
                 let words = format!("eye {} target {} up {} fov {fov}", point(eye), point(target), point(up));
-                return Ok((Camera::Fixed(view), words));
+                return Ok((StageCamera::Fixed(view), words));
             }
             Viewpoint::OfFile(name) => Some(scene.camera_named(name)?),
             Viewpoint::Auto => (!scene.cameras.is_empty()).then_some(0),
@@ -181,7 +181,7 @@ impl Stage {
                         format!("--fov: camera {index} is orthographic; leave it out or look with --eye and --target");
                     return Err(Error::Usage(text));
                 }
-                (Camera::OfFile { index, fov }, format!("{index} {:?}{fov_words}", camera.name))
+                (StageCamera::OfFile { index, fov }, format!("{index} {:?}{fov_words}", camera.name))
             }
             None => {
                 let fov = fov.unwrap_or(DEFAULT_FOV_DEGREES.to_radians());
@@ -189,7 +189,7 @@ impl Stage {
                 let bounds = bounds();
                 let view = View::filling(&scene.outline(bounds), fov, aspect);
                 let view = view.unwrap_or_else(|| View::framing_within(bounds, fov));
-                (Camera::Fixed(view), format!("framing the scene{fov_words}"))
+                (StageCamera::Fixed(view), format!("framing the scene{fov_words}"))
             }
         })
     }
@@ -204,14 +204,14 @@ impl Shot {
     /// The camera in a pose of the scene.
     pub fn view(&self, scene: &Scene, pose: &Pose) -> View {
         match self.camera {
-            Camera::OfFile { index, fov: asked } => {
+            StageCamera::OfFile { index, fov: asked } => {
                 let mut view = scene.view(pose, index);
                 if let (Some(asked), Projection::Perspective { fov, .. }) = (asked, &mut view.projection) {
                     *fov = asked;
                 }
                 view
             }
-            Camera::Fixed(view) => view,
+            StageCamera::Fixed(view) => view,
         }
     }
 
@@ -219,8 +219,8 @@ impl Shot {
     /// large.
     fn first_view(&self, scene: &Scene) -> View {
         match self.camera {
-            Camera::Fixed(view) => view,
-            Camera::OfFile { .. } => self.at(scene, 0.0).1,
+            StageCamera::Fixed(view) => view,
+            StageCamera::OfFile { .. } => self.at(scene, 0.0).1,
         }
     }
 

@@ -42,7 +42,7 @@ pub use device::submit::immediate;
 pub use pipeline::bind::Bind;
 pub use pipeline::constants::{Constant, Value};
 pub use pipeline::desc::{Compute, ComputeDesc, DepthDesc, Pipeline, Raster, RasterDesc, VertexInput};
-pub use pipeline::reflect::{Binding, BindingKind, Member, Stage, StageInfo, StructLayout};
+pub use pipeline::reflect::{Binding, BindingKind, Member, ShaderStage, StageInfo, StructLayout};
 #[cfg(feature = "hot-reload")]
 pub use pipeline::reload::Reload;
 pub use record::frame_log::{AttachmentLog, CallLog, CommandLog, DispatchLog, DrawLog, FrameLog, ZoneLog};
@@ -56,4 +56,4 @@ pub use record::zone::{ZoneKind, ZoneTiming, ZoneTimings, process_cpu_ms};
 pub use resource::buffer::{Buffer, BufferAt, BufferKind};
 pub use resource::image::{Image, ImageDesc, ImageDim, ImageRegion, ImageView};
 pub use resource::sampler::Sampler;
-pub use resource::structure::{Corners, Structure, StructureDesc, StructureSize};
+pub use resource::structure::{Structure, StructureDesc, StructureSize, TriangleCorners};

@@ -30,12 +30,12 @@ impl Around<'_> {
             command.env("LP_NATIVE_VECTOR_WIDTH", self.width).env("LP_NUM_THREADS", self.threads);
             command.env("XDG_CACHE_HOME", cache).env_remove("MESA_SHADER_CACHE_DIR").stdin(Stdio::null());
             let output = command.output().unwrap();
-            assert!(output.status.success(), "{}: {}, {}", self.words(), output.status, text(&output.stderr));
+            assert!(output.status.success(), "{}: {}, {}", self.setup_in_words(), output.status, text(&output.stderr));
             fs::read(out.join(name)).unwrap()
         })
     }
 
-    fn words(&self) -> String {
+    fn setup_in_words(&self) -> String {
         format!("{} with {} bits and {} threads", self.preset, self.width, self.threads)
     }
 }
@@ -81,12 +81,12 @@ fn nothing_around_a_render_changes_a_bit() {
                 let other = scope.spawn(|| around("4").render(&cache, &at("other")));
                 [around("1").render(&cache, &at(width)), other.join().unwrap()]
             });
-            assert!(other == expected, "{} beside another on a cold cache", around("1 and 4").words());
+            assert!(other == expected, "{} beside another on a cold cache", around("1 and 4").setup_in_words());
             assert!(fs::read_dir(cache.join("twobounce")).unwrap().count() > 0, "the cache is warm now");
             let found = around("2").render(&cache, &at("other"));
-            assert!(found == expected, "{} and a warm cache", around("2").words());
+            assert!(found == expected, "{} and a warm cache", around("2").setup_in_words());
             let found = beside_other_work(|| around("4").render(&cache, &at("other")));
-            assert!(found == expected, "{} and a warm cache on a loaded machine", around("4").words());
+            assert!(found == expected, "{} and a warm cache on a loaded machine", around("4").setup_in_words());
             let [png, _] = expected;
             (png, Layers::read_exr(&at(width).join("out.exr")).unwrap().0)
         });

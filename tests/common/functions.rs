@@ -51,7 +51,7 @@ pub enum Function {
 pub struct Arguments(pub [[f32; 4]; 3]);
 
 impl Arguments {
-    pub fn of(a: Vec4, b: Vec4, c: Vec4) -> Self {
+    pub fn of_vectors(a: Vec4, b: Vec4, c: Vec4) -> Self {
         Self([a.into(), b.into(), c.into()])
     }
 
@@ -147,7 +147,7 @@ impl Gpu {
         let timings = recorder.finish().expect("a dispatch");
         let outputs = download(c, &output).expect("outputs");
         assert_eq!(c.take_validation_messages(), Vec::<String>::new());
-        (outputs, Counts::of(&timings.zones[0].counts))
+        (outputs, Counts::of_counters(&timings.zones[0].counts))
     }
 }
 

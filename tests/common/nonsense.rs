@@ -4,11 +4,11 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3, Vec4};
-use twobounce::scene::deform::{Deform, Deformer, Joint, Target};
+use twobounce::scene::deform::{Deform, Deformer, Joint, TargetDeltas};
 use twobounce::scene::finish::Finish;
 use twobounce::scene::{
-    Alpha, Animation, Bounds, Channel, Image, Interpolation, LightKind, Material, Mesh, Mip, Projection, Property,
-    Scene, Texture, TextureRef, Transform, View, WeightChannel, Wrap,
+    Alpha, Animation, Bounds, Channel, Interpolation, LightKind, Material, Mesh, Mip, Projection, Property, Scene,
+    Texture, TextureImage, TextureRef, Transform, View, WeightChannel, Wrap,
 };
 use twobounce::settings::Settings;
 
@@ -63,7 +63,7 @@ impl Chance {
 /// A floor with a texture, a lamp, a mesh with a skin and a morph target, lights, a camera and animations.
 pub fn scene() -> Scene {
     let mut scene = Scene::empty("nonsense");
-    scene.images.push(Image { name: "image".into(), width: 2, height: 2, rgba: vec![200; 16] });
+    scene.images.push(TextureImage { name: "image".into(), width: 2, height: 2, rgba: vec![200; 16] });
     let wrap = [Wrap::Repeat, Wrap::Mirror];
     scene.textures.push(Texture { image: 0, wrap, mag_linear: true, min_linear: true, mip: Mip::Linear });
     let slot = TextureRef { texture: 0, uv_set: 0, transform: glam::Affine2::IDENTITY };
@@ -80,7 +80,7 @@ pub fn scene() -> Scene {
     let joint = Joint { node: 0, joint_from_mesh: DAffine3::IDENTITY };
     scene.deformers.push(Deformer { node: 0, joints: vec![joint], weights: vec![0.5] });
     let count = floor.positions.len();
-    let moved = Target { positions: vec![Vec3::Y; count], normals: vec![Vec3::ZERO; count], tangents: vec![] };
+    let moved = TargetDeltas { positions: vec![Vec3::Y; count], normals: vec![Vec3::ZERO; count], tangents: vec![] };
     let deform = Deform {
         positions: floor.positions.clone(),
         normals: floor.normals.clone(),

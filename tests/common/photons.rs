@@ -32,7 +32,7 @@ pub enum Function {
 pub struct Arguments(pub [[f32; 4]; 3]);
 
 impl Arguments {
-    pub fn of(a: Vec4, b: Vec4) -> Self {
+    pub fn of_vectors(a: Vec4, b: Vec4) -> Self {
         Self([a.into(), b.into(), [0.0; 4]])
     }
 
@@ -48,12 +48,12 @@ impl Arguments {
 pub const EDGE: u32 = 16;
 
 /// A device with an empty volume.
-pub struct Gpu {
+pub struct PhotonGpu {
     context: Arc<Context>,
     volume: LightVolume,
 }
 
-impl Gpu {
+impl PhotonGpu {
     pub fn new() -> Self {
         let context = gpu::context();
         let volume = LightVolume::new(&context, PHOTON_VOLUME, 0, EDGE).expect("a volume");
@@ -121,7 +121,8 @@ impl Gpu {
 
     /// Traces one cone: light (red), what is left open, and the same exponentially weighted.
     pub fn trace(&self, from: Vec3, d: Vec3, ratio: f32, settings: &Settings) -> [f32; 3] {
-        let found = self.evaluate(Function::TraceCone, &[Arguments::of(from.extend(ratio), d.extend(0.0))], settings);
+        let found =
+            self.evaluate(Function::TraceCone, &[Arguments::of_vectors(from.extend(ratio), d.extend(0.0))], settings);
         [found[0].0[0][0], found[0].0[0][3], found[0].0[1][0]]
     }
 }

@@ -14,7 +14,7 @@ use twobounce::layers::Layers;
 use twobounce::reference::film::Film;
 use twobounce::reference::{Control, Depth, Options, Stop, render};
 use twobounce::renderer::{RenderOptions, Renderer, SETTLED};
-use twobounce::scene::deform::{Deform, Deformer, Joint, Target};
+use twobounce::scene::deform::{Deform, Deformer, Joint, TargetDeltas};
 use twobounce::scene::{
     Animation, Channel, Instance, Interpolation, LightKind, LoadOptions, Material, Mesh, Node, Playback, Pose,
     Property, Scene, Still, Transform, View, WeightChannel,
@@ -57,8 +57,10 @@ fn add_bar(scene: &mut Scene, material: usize, at: DVec3) -> usize {
         Deformer { node: shown, joints: vec![joint(lower, 0.0), joint(upper, 1.0), own], weights: vec![0.0] };
     let share = |p: &Vec3| if p.y == 1.0 { 0.5 } else { f32::from(u8::from(p.y > 1.0)) };
     let skin = mesh.positions.iter().flat_map(|p| [(0, 1.0 - share(p)), (1, share(p))]).collect();
-    let target =
-        Target { positions: mesh.positions.iter().map(|p| 0.5 * p.z * Vec3::Z).collect(), ..Target::default() };
+    let target = TargetDeltas {
+        positions: mesh.positions.iter().map(|p| 0.5 * p.z * Vec3::Z).collect(),
+        ..TargetDeltas::default()
+    };
     let index = scene.deformers.len();
     let deform = Deform { deformer: index, targets: vec![target], influences: 2, skin, ..Deform::default() };
     mesh.deform = Some(Arc::new(deform));
@@ -240,7 +242,7 @@ fn the_device_deforms_as_its_twin_does() {
     let mut new = Deform { deformer: old.deformer, influences: 2, flat: true, ..Deform::default() };
     new.skin = from.iter().flat_map(|&i| old.skin[2 * i as usize..][..2].to_vec()).collect();
     let offset = |i: &u32| old.targets[0].positions[*i as usize];
-    new.targets = vec![Target { positions: from.iter().map(offset).collect(), ..Target::default() }];
+    new.targets = vec![TargetDeltas { positions: from.iter().map(offset).collect(), ..TargetDeltas::default() }];
     *faceted = Mesh::triangles("flat", faceted.material, &triangles);
     faceted.deform = Some(Arc::new(new));
     let rest = scene.pose(None, 0.0);

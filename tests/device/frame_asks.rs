@@ -16,7 +16,7 @@ fn audit(scene: &Scene, settings: &Settings) -> Audit {
     let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
     let view = if scene.cameras.is_empty() { View::framing(bounds) } else { scene.view(&pose, 0) };
     let options = RenderOptions::new((16, 16), bounds);
-    let audit = Audit::of(&context, Still::new(scene, &pose, &view), settings, options).unwrap();
+    let audit = Audit::of_frame(&context, Still::new(scene, &pose, &view), settings, options).unwrap();
     gpu::assert_clean(&context);
     audit
 }
@@ -127,7 +127,7 @@ fn a_plain_box_has_the_passes_of_a_plain_box() {
         "tree",
         "voxelise",
         "cells",
-        "alike",
+        "group",
         "ask",
         "split",
         "shade 1",

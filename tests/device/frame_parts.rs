@@ -7,7 +7,7 @@ use crate::vk_common;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
-use twobounce::frame::{Frame, FrameDesc, Seen};
+use twobounce::frame::{Frame, FrameDesc, Shot};
 use twobounce::ground::image::target::Readback;
 use twobounce::ground::scene_on_gpu::ScenePacked;
 use twobounce::renderer::{RenderOptions, Renderer};
@@ -99,7 +99,7 @@ fn a_host_keeps_two_frames_in_flight_in_its_own_command_buffers() {
             // SAFETY: the buffer is recording and the slot's last frame was waited for.
             unsafe {
                 Recorder::on(&context, commands[slot].commands, &mut slots[slot], |recorder| {
-                    frame.record(recorder, slot, &Seen { scene: &scene, pose: &pose, view, image: Some(0) });
+                    frame.record(recorder, slot, &Shot { scene: &scene, pose: &pose, view, image: Some(0) });
                     readbacks[slot].record(recorder, &frame.target);
                 });
             }
@@ -134,7 +134,7 @@ fn growth_that_fails_halfway_leaves_a_frame_that_draws() {
     let readback = Readback::new(&context, size, 1).expect("a readback");
     let draw = |frame: &mut Frame| {
         let mut recorder = Recorder::new(&context, RecorderOptions::default()).expect("a recorder");
-        frame.record(&mut recorder, 0, &Seen::new(&scene, &pose, &view));
+        frame.record(&mut recorder, 0, &Shot::new(&scene, &pose, &view));
         readback.record(&mut recorder, &frame.target);
         recorder.finish().expect("a frame");
         bits(readback.read(&[]).beauty())

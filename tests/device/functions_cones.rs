@@ -51,7 +51,7 @@ fn cones_see_what_their_twins_see() {
     for settings in variants() {
         let aperture = |i: usize| apertures[i % apertures.len()];
         let inputs: Vec<_> = (0..rays.len())
-            .map(|i| Arguments::of(rays[i].0.extend(aperture(i)), rays[i].1.extend(1.5), Vec4::ZERO))
+            .map(|i| Arguments::of_vectors(rays[i].0.extend(aperture(i)), rays[i].1.extend(1.5), Vec4::ZERO))
             .collect();
         for (i, out) in gpu.evaluate(Function::TraceCone, &inputs, &settings).iter().enumerate() {
             let (origin, direction) = rays[i];
@@ -74,7 +74,8 @@ fn counted_steps_are_their_twins() {
     let volume = random_volume();
     let (plain, gpu) = (Gpu::new(&volume), Gpu::on(gpu::counting(), &volume));
     let rays = rays(400);
-    let inputs: Vec<_> = rays.iter().map(|(p, d)| Arguments::of(p.extend(0.1), d.extend(1.5), Vec4::ZERO)).collect();
+    let inputs: Vec<_> =
+        rays.iter().map(|(p, d)| Arguments::of_vectors(p.extend(0.1), d.extend(1.5), Vec4::ZERO)).collect();
     for settings in variants() {
         let (outputs, counts) = gpu.run(Function::TraceCone, &inputs, &settings);
         let steps: u64 = rays
@@ -109,7 +110,7 @@ fn shadow_cones_dim_as_their_twins_do() {
         };
         let aperture = |i: usize| [0.0, 0.0875, 0.3][i % 3];
         let inputs: Vec<_> = (0..rays.len())
-            .map(|i| Arguments::of(rays[i].0.extend(aperture(i)), to(i).extend(0.0), Vec4::ZERO))
+            .map(|i| Arguments::of_vectors(rays[i].0.extend(aperture(i)), to(i).extend(0.0), Vec4::ZERO))
             .collect();
         for (i, out) in gpu.evaluate(Function::TraceShadowCone, &inputs, &settings).iter().enumerate() {
             let (from, to) = (rays[i].0 / EDGE as f32, to(i) / EDGE as f32);
@@ -144,7 +145,7 @@ fn printed_shadow_cones_start_at_random_shares_of_a_step() {
         let settings = Settings { voxels: EDGE, ..settings };
         let own = &settings.of.cones;
         let to = |i: usize| rays[(i + 1) % rays.len()].0;
-        let input = |i: usize| Arguments::of(rays[i].0.extend(0.0), to(i).extend(0.0), rays[i].1.extend(0.0));
+        let input = |i: usize| Arguments::of_vectors(rays[i].0.extend(0.0), to(i).extend(0.0), rays[i].1.extend(0.0));
         let inputs: Vec<_> = (0..rays.len()).map(input).collect();
         let (mut moved, mut mean) = (0, 0.0);
         for (i, out) in gpu.evaluate(Function::MethodShadow, &inputs, &settings).iter().enumerate() {
@@ -170,7 +171,8 @@ fn gathers_are_their_twins() {
     let volume = random_volume();
     let gpu = Gpu::new(&volume);
     let rays = rays(200);
-    let inputs: Vec<_> = rays.iter().map(|(p, n)| Arguments::of(p.extend(0.0), n.extend(0.0), Vec4::ZERO)).collect();
+    let inputs: Vec<_> =
+        rays.iter().map(|(p, n)| Arguments::of_vectors(p.extend(0.0), n.extend(0.0), Vec4::ZERO)).collect();
     for settings in variants() {
         for (i, out) in gpu.evaluate(Function::GatherDiffuse, &inputs, &settings).iter().enumerate() {
             let (point, normal) = rays[i];
@@ -199,7 +201,7 @@ fn the_offset_moves_the_look_ups_and_not_their_width() {
     };
     let volume = Volume::new((0..=7).map(level).collect());
     let settings = Settings { voxels: 128, ..Settings::printed() };
-    let input = Arguments::of(Vec4::new(64.0, 40.0, 64.0, 0.0), Vec4::Y, Vec4::ZERO);
+    let input = Arguments::of_vectors(Vec4::new(64.0, 40.0, 64.0, 0.0), Vec4::Y, Vec4::ZERO);
     let gpu = Gpu::new(&volume).evaluate(Function::GatherDiffuse, &[input], &settings)[0].vec3(0);
     let twin =
         cone::gather_diffuse(&volume, Vec3::new(0.5, 40.0 / 128.0, 0.5), Vec3::Y, Vec3::ZERO, &settings.of.cones);
@@ -218,7 +220,7 @@ fn roughness_fits_are_their_twins() {
     for fit in RoughnessFit::ALL {
         let settings = gpu::with(settings(), &[&format!("cones.roughness_fit={fit}")]);
         let inputs: Vec<_> =
-            (0..=100).map(|i| Arguments::of(Vec4::splat(i as f32 / 100.0), Vec4::ZERO, Vec4::ZERO)).collect();
+            (0..=100).map(|i| Arguments::of_vectors(Vec4::splat(i as f32 / 100.0), Vec4::ZERO, Vec4::ZERO)).collect();
         for (x, out) in inputs.iter().zip(gpu.evaluate(Function::RoughnessToAperture, &inputs, &settings)) {
             let expected = roughness_to_aperture(x.0[0][0], *fit);
             // acos of a number near 1 loses half the digits, and pow is exp2 of log2.

@@ -22,7 +22,7 @@ fn directions_are_their_twins() {
 
         for set in ConeSet::ALL {
             let inputs: Vec<_> =
-                (0..16).map(|i| Arguments::of(Vec4::splat(i as f32), Vec4::ZERO, Vec4::ZERO)).collect();
+                (0..16).map(|i| Arguments::of_vectors(Vec4::splat(i as f32), Vec4::ZERO, Vec4::ZERO)).collect();
             let out =
                 gpu.evaluate(Function::ConeSet, &inputs, &gpu::with(settings.clone(), &[&format!("cones.set={set}")]));
             let cones = cone_set(*set, form, form);
@@ -33,7 +33,8 @@ fn directions_are_their_twins() {
             }
         }
 
-        let inputs: Vec<_> = directions.iter().map(|d| Arguments::of(d.extend(0.3), Vec4::ZERO, Vec4::ZERO)).collect();
+        let inputs: Vec<_> =
+            directions.iter().map(|d| Arguments::of_vectors(d.extend(0.3), Vec4::ZERO, Vec4::ZERO)).collect();
         let frames = gpu.evaluate(Function::TangentFrame, &inputs, &settings);
         let turns = gpu.evaluate(Function::JitterRotation, &inputs, &settings);
         for ((d, frame), turn) in directions.iter().zip(frames).zip(turns) {
@@ -47,7 +48,7 @@ fn directions_are_their_twins() {
         let settings = gpu::with(settings(), &[&format!("cones.weights={weights}")]);
         let origin = Vec3::new(3.0, 5.0, 7.0);
         let inputs: Vec<_> =
-            directions.iter().map(|d| Arguments::of(d.extend(0.0), origin.extend(0.0), Vec4::ZERO)).collect();
+            directions.iter().map(|d| Arguments::of_vectors(d.extend(0.0), origin.extend(0.0), Vec4::ZERO)).collect();
         for (d, out) in directions.iter().zip(gpu.evaluate(Function::WeightsAndExit, &inputs, &settings)) {
             if *weights != Weights::Extinction {
                 close(out.vec3(0).extend(0.0), cone::direction_weights(*d, *weights).extend(0.0), 1e-5, weights.name());
@@ -68,8 +69,9 @@ fn visible_normals_are_their_twins() {
             (v.with_z(v.z.abs().max(1e-3)).normalize(), alpha, Vec2::new(random.unit() as f32, random.unit() as f32))
         })
         .collect();
-    let arguments =
-        |(v, alpha, u): &(Vec3, f32, Vec2)| Arguments::of(v.extend(*alpha), u.extend(0.0).extend(0.0), Vec4::ZERO);
+    let arguments = |(v, alpha, u): &(Vec3, f32, Vec2)| {
+        Arguments::of_vectors(v.extend(*alpha), u.extend(0.0).extend(0.0), Vec4::ZERO)
+    };
     for ((v, alpha, u), out) in Gpu::new(&random_volume()).results(Function::VisibleNormal, &cases, arguments) {
         close(out.vec3(0).extend(0.0), visible_normal(*alpha, *v, *u).extend(0.0), 1e-3, &format!("{v} {alpha} {u}"));
         assert!(out.vec3(0).dot(*v) > -1e-4, "{v} does not see {out:?}");
@@ -112,7 +114,7 @@ fn specular_albedo_is_the_share_of_even_light_that_is_mirrored() {
         .flat_map(|(f0, r)| (0..10).map(move |c| (f0, r, 0.05 + 0.1 * c as f32)))
         .collect();
     let arguments = |&(f0, r, cosine): &(f32, f32, f32)| {
-        Arguments::of(Vec3::splat(f0).extend(1.0), Vec4::new(r, cosine, 0.0, 0.0), Vec4::ZERO)
+        Arguments::of_vectors(Vec3::splat(f0).extend(1.0), Vec4::new(r, cosine, 0.0, 0.0), Vec4::ZERO)
     };
     let (mut squares, mut weights) = (0.0, 0.0);
     for ((f0, r, cosine), out) in Gpu::new(&random_volume()).results(Function::SpecularAlbedo, &cases, arguments) {
@@ -144,7 +146,7 @@ fn kept_lobes_are_ggx_of_what_few_bits_keep() {
         })
         .collect();
     let arguments = |&(light, rise, toward, alpha, o): &(Vec3, f32, Vec3, f32, Vec3)| {
-        Arguments::of(light.extend(rise), toward.extend(alpha), o.extend(0.0))
+        Arguments::of_vectors(light.extend(rise), toward.extend(alpha), o.extend(0.0))
     };
     for ((light, rise, toward, alpha, o), out) in
         Gpu::new(&random_volume()).results(Function::ItemLobe, &cases, arguments)
@@ -183,7 +185,7 @@ fn refraction_is_its_twin_and_never_nan() {
     let arguments = |&(incident, normal, ior): &(Vec3, Vec3, f32)| {
         let back = incident.dot(normal) > 0.0;
         let met = if back { -normal } else { normal };
-        Arguments::of(incident.extend(ior), met.extend(f32::from(u8::from(back))), Vec4::ZERO)
+        Arguments::of_vectors(incident.extend(ior), met.extend(f32::from(u8::from(back))), Vec4::ZERO)
     };
     let results = Gpu::new(&random_volume()).results(Function::RefractionDirection, &cases, arguments);
     for ((incident, normal, ior), out) in results {
@@ -203,7 +205,8 @@ fn clipping_is_exact_where_it_matters() {
         triangles.push([corner(), corner(), corner()]);
     }
     let center = 7.5f32;
-    let arguments = |t: &[Vec3; 3]| Arguments::of(t[0].extend(center), t[1].extend(center), t[2].extend(center));
+    let arguments =
+        |t: &[Vec3; 3]| Arguments::of_vectors(t[0].extend(center), t[1].extend(center), t[2].extend(center));
     let mut touched = 0;
     for (t, out) in Gpu::new(&random_volume()).results(Function::ClipToVoxel, &triangles, arguments) {
         let clip = |by: f64| Polygon::clipped(&t.map(|p| p.as_dvec3()), DVec3::splat(7.0 - by), DVec3::splat(8.0 + by));
@@ -236,7 +239,8 @@ fn a_triangle_in_a_face_s_plane_belongs_half_to_each_voxel() {
         triangles.push([corner(), corner(), corner()]);
     }
     let center = 7.5f32;
-    let arguments = |t: &[Vec3; 3]| Arguments::of(t[0].extend(center), t[1].extend(center), t[2].extend(center));
+    let arguments =
+        |t: &[Vec3; 3]| Arguments::of_vectors(t[0].extend(center), t[1].extend(center), t[2].extend(center));
     let mut filled = 0;
     for (t, out) in Gpu::new(&random_volume()).results(Function::ClipToVoxel, &triangles, arguments) {
         let polygon = Polygon::clipped(&t.map(|p| p.as_dvec3()), DVec3::splat(7.0), DVec3::splat(8.0));
@@ -258,7 +262,7 @@ fn fixed_sums_know_no_order_and_lose_nothing_that_counts() {
     let mut term = || Vec4::from_array(std::array::from_fn(|_| (random.unit() * 39.0 - 24.0).exp2() as f32));
     let terms: Vec<[Vec4; 3]> = (0..500).map(|_| [term(), term(), term()]).collect();
     let ordered = |order: [usize; 3]| {
-        gpu.results(Function::FixedSum, &terms, move |t| Arguments::of(t[order[0]], t[order[1]], t[order[2]]))
+        gpu.results(Function::FixedSum, &terms, move |t| Arguments::of_vectors(t[order[0]], t[order[1]], t[order[2]]))
     };
     for ((t, sum), (_, again)) in ordered([0, 1, 2]).into_iter().zip(ordered([2, 0, 1])) {
         assert_eq!(sum.0, again.0);
@@ -283,7 +287,7 @@ fn a_triangle_lights_as_much_as_its_points_do() {
         .collect();
     let arguments = |([a, b, c], n): &([DVec3; 3], DVec3)| {
         let with = |p: &DVec3, w: f64| p.as_vec3().extend(w as f32);
-        Arguments::of(with(a, n.x), with(b, n.y), with(c, n.z))
+        Arguments::of_vectors(with(a, n.x), with(b, n.y), with(c, n.z))
     };
     let mut crossing = 0;
     let results = Gpu::new(&random_volume()).results(Function::TriangleIrradiance, &triangles, arguments);
@@ -310,7 +314,7 @@ fn neighbours_in_a_square_share_all_directions() {
         {
             let at = |i: i32| (corner + u * (i % side) + v * (i / side)).as_vec3().extend(0.0);
             let inputs: Vec<Arguments> =
-                (0..side * side).map(|i| Arguments::of(at(i), Vec4::ZERO, Vec4::ZERO)).collect();
+                (0..side * side).map(|i| Arguments::of_vectors(at(i), Vec4::ZERO, Vec4::ZERO)).collect();
             let found = Gpu::new(&random_volume()).evaluate(Function::InterleavedShift, &inputs, &settings);
             let mut seen: Vec<Vec2> = found.iter().map(|out| out.vec4(0).truncate().truncate()).collect();
             seen.sort_by(|a, b| a.x.total_cmp(&b.x));
@@ -329,7 +333,8 @@ fn neighbours_in_a_square_share_all_directions() {
 fn diffuse_share_is_the_mean_of_what_fresnel_leaves() {
     const GRID: usize = 400;
     let cases: Vec<(f32, f32)> = (1..=20).flat_map(|k| [(k as f32 / 20.0, 0.04), (k as f32 / 20.0, 0.5)]).collect();
-    let arguments = |(nv, f0): &(f32, f32)| Arguments::of(Vec4::splat(*nv), Vec3::splat(*f0).extend(1.0), Vec4::ZERO);
+    let arguments =
+        |(nv, f0): &(f32, f32)| Arguments::of_vectors(Vec4::splat(*nv), Vec3::splat(*f0).extend(1.0), Vec4::ZERO);
     for ((nv, f0), out) in Gpu::new(&random_volume()).results(Function::DiffuseShare, &cases, arguments) {
         let (nv, f0) = (f64::from(*nv), f64::from(*f0));
         let v = DVec3::new((1.0 - nv * nv).sqrt(), 0.0, nv);

@@ -20,8 +20,10 @@ type Texel = (Vec3, f32, f32);
 
 /// For every normal the sixteen texels, and the sum of what they send.
 fn texels(gpu: &Gpu, normals: &[Vec3]) -> Vec<(Vec<Texel>, f32)> {
-    let inputs: Vec<_> =
-        normals.iter().flat_map(|n| (0..TEXELS).map(|t| Arguments::of(n.extend(t as f32), Vec4::ZERO))).collect();
+    let inputs: Vec<_> = normals
+        .iter()
+        .flat_map(|n| (0..TEXELS).map(|t| Arguments::of_vectors(n.extend(t as f32), Vec4::ZERO)))
+        .collect();
     let found = gpu.evaluate(Function::Texel, &inputs, &settings(&[]));
     let of = |one: &[Arguments]| {
         let texels = one.iter().map(|y| (y.a().truncate(), y.a().w, y.b().x)).collect();
@@ -36,7 +38,9 @@ fn places_and_directions_are_inverse_and_the_twins() {
     let directions = directions(200);
     let inputs: Vec<_> = directions
         .iter()
-        .map(|d| Arguments::of(d.extend(0.0), (octahedron::place(d.as_dvec3())).as_vec2().extend(0.0).extend(0.0)))
+        .map(|d| {
+            Arguments::of_vectors(d.extend(0.0), (octahedron::place(d.as_dvec3())).as_vec2().extend(0.0).extend(0.0))
+        })
         .collect();
     for (d, y) in directions.iter().zip(gpu.evaluate(Function::Octahedron, &inputs, &settings(&[]))) {
         let place = octahedron::place(d.as_dvec3()).as_vec2();
@@ -134,7 +138,7 @@ fn folding_joins_the_border_and_repeating_does_not() {
         let corner = (place - 0.5).floor();
         let part = place - 0.5 - corner;
         let neighbours = [IVec2::ZERO, IVec2::X, IVec2::Y, IVec2::ONE].map(|k| corner.as_ivec2() + k);
-        let inputs = neighbours.map(|t| Arguments::of(Vec4::new(t.x as f32, t.y as f32, 0.0, 0.0), Vec4::ZERO));
+        let inputs = neighbours.map(|t| Arguments::of_vectors(Vec4::new(t.x as f32, t.y as f32, 0.0, 0.0), Vec4::ZERO));
         let folded = gpu.evaluate(Function::Folded, &inputs, &settings(&[]));
         let weights =
             [(1.0 - part.x) * (1.0 - part.y), part.x * (1.0 - part.y), (1.0 - part.x) * part.y, part.x * part.y];
@@ -163,7 +167,8 @@ fn spheres_are_bounded_and_the_printed_recursion_ends_or_stands_still() {
     let ratios = [0.0, 0.01, 0.3, 0.5, 0.99, 1.0, 1.7, 100.0, 1e6];
     let heights = [0.0, 0.01, 1.0, 7.0, 100.0];
     let cases: Vec<_> = ratios.iter().flat_map(|r| heights.map(|h| (h, *r))).collect();
-    let inputs: Vec<_> = cases.iter().map(|(h, r)| Arguments::of(Vec4::new(1.0, *h, *r, 0.0), Vec4::ZERO)).collect();
+    let inputs: Vec<_> =
+        cases.iter().map(|(h, r)| Arguments::of_vectors(Vec4::new(1.0, *h, *r, 0.0), Vec4::ZERO)).collect();
     let of = |changes: &[&str]| gpu.evaluate(Function::Spheres, &inputs, &settings(changes));
     let right = of(&[]);
     let steps = of(&["photons.ledger.steps=printed"]);
@@ -223,7 +228,7 @@ fn solid_angles_are_the_rules() {
     let gpu = Gpu::new();
     for half_angle in [0.05_f32, 0.3, 0.7, 1.2, 1.5] {
         let solid_angle = 2.0 * PI * (1.0 - half_angle.cos());
-        let input = Arguments::of(Vec4::new(solid_angle, 1.0, 0.1, 0.0), Vec4::ZERO);
+        let input = Arguments::of_vectors(Vec4::new(solid_angle, 1.0, 0.1, 0.0), Vec4::ZERO);
         let ratio = gpu.evaluate(Function::Spheres, &[input], &settings(&[]))[0].a().x;
         // 1 − cos loses digits in f32 at small angles: 1e-7 of 1e-3.
         assert!((ratio / half_angle.tan() - 1.0).abs() < 1e-3, "half angle {half_angle}: {ratio}");

@@ -7,7 +7,7 @@ use half::f16;
 use twobounce::Error;
 use twobounce::ash::vk;
 use twobounce::host::{
-    Aov, Context, Counters, Growth, HostDevice, HostImage, ImageUse, LayerImage, Output, Prepare, Prepared, Seen,
+    Aov, Context, Counters, Growth, HostDevice, HostImage, ImageUse, LayerImage, Output, Prepare, Prepared, Shot,
 };
 use twobounce::output::display::srgb_code;
 use twobounce::scene::{LightKind, Material, Mesh, Pose, Scene};
@@ -370,7 +370,7 @@ fn everything_goes_to_other_threads() {
         send::<Counters>,
         send::<Prepare>,
         send::<Scene>,
-        send::<Seen<'static>>,
+        send::<Shot<'static>>,
         send::<Error>,
     ];
     let _: [fn(); 4] = [sync::<Context>, sync::<Scene>, sync::<Pose>, sync::<Settings>];

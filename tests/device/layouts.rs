@@ -21,7 +21,7 @@ fn structs_agree_with_the_shaders() {
         "ground/record.comp",
         "ground/voxelise.frag",
         "gi/rays/light.comp",
-        "ground/alike.comp",
+        "ground/item_groups.comp",
     ] {
         found.extend(shader::structs(name));
     }

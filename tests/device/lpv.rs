@@ -8,7 +8,9 @@ use std::f64::consts::PI;
 use glam::{Affine2, DAffine3, DVec3, Vec3};
 use gpu::twins::propagation::{Texture as Coefficients, as_coefficients};
 use twobounce::layers::Aov;
-use twobounce::scene::{Image, LightKind, Material, Mesh, Mip, Scene, Texture, TextureRef, View, Wrap, analytic};
+use twobounce::scene::{
+    LightKind, Material, Mesh, Mip, Scene, Texture, TextureImage, TextureRef, View, Wrap, analytic,
+};
 use twobounce::settings::Settings;
 use twobounce::vk::download_image;
 
@@ -159,7 +161,7 @@ fn bumpy_room() -> Scene {
         .into_iter()
         .flat_map(|[x, y, z]| [x, y, z, 255])
         .collect();
-    scene.images.push(Image { name: "bumps".into(), width: 2, height: 2, rgba });
+    scene.images.push(TextureImage { name: "bumps".into(), width: 2, height: 2, rgba });
     let wrap = [Wrap::Repeat; 2];
     scene.textures.push(Texture { image: 0, wrap, mag_linear: true, min_linear: true, mip: Mip::None });
     let bumps = TextureRef { texture: 0, uv_set: 0, transform: Affine2::IDENTITY };

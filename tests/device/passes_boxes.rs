@@ -10,7 +10,7 @@ use gpu::twins::record::{in_voxels, record};
 use gpu::twins::voxelise::{compare_sets, voxelise};
 use scenes::{Random, add, triangle};
 use twobounce::ground::boxes::FACTOR;
-use twobounce::ground::clearance::fitted_to_camera;
+use twobounce::ground::grid_choice::fitted_to_camera;
 use twobounce::layers::Aov;
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};

@@ -63,7 +63,7 @@ fn distance(case: &str, preset: &str) -> f64 {
     let case = cases::named(case).expect("a case");
     let samples = case.run(&cell).expect("images");
     gpu::assert_clean(&context);
-    Measured::of(case, &samples, &[], 0.0).0.distance
+    Measured::of_samples(case, &samples, &[], 0.0).0.distance
 }
 
 /// The dark room is black to the bit: no ray leads there, and gathered pixels share no light across the wall. With links left out,

@@ -81,7 +81,7 @@ fn shows(scene: &Scene, pixel: usize, center: DVec3, radius: f64) -> bool {
 
 /// Part of a scene's image that is compared with the truth.
 #[derive(Clone, Copy, Debug)]
-enum Part {
+enum Region {
     /// One of the row's spheres.
     Sphere(usize),
     Ball,
@@ -94,7 +94,7 @@ enum Part {
     Ao,
 }
 
-impl Part {
+impl Region {
     fn over(self, scene: &Scene, image: &Layers, truth: &Layers) -> Metrics {
         let ball = |center: DVec3, radius: f64| over(image, truth, Aov::Beauty, |i| shows(scene, i, center, radius));
         match self {
@@ -116,25 +116,27 @@ const RAYS: &[&str] = &["method=rays", "rays.diffuse=32", "rays.glossy=8"];
 const ALL: &[&str] = &["method=rays", "rays.diffuse=32", "rays.glossy=8", "bounces=all"];
 const MANY_RAYS: &[&str] = &["method=rays", "rays.diffuse=32", "rays.glossy=32"];
 
-struct Subject {
+struct GlossScene {
     name: &'static str,
     scene: Scene,
     depth: Depth,
-    parts: &'static [Part],
+    parts: &'static [Region],
     /// Settings that are tried, with the most `rel` may be in the mean of the parts, and how far the energy may be off.
     tries: &'static [(&'static [&'static str], f64, f64)],
 }
 
-const SPHERES: &[Part] =
-    &[Part::Sphere(0), Part::Sphere(1), Part::Sphere(2), Part::Sphere(3), Part::Sphere(4), Part::Sphere(5)];
+const SPHERES: &[Region] =
+    &[Region::Sphere(0), Region::Sphere(1), Region::Sphere(2), Region::Sphere(3), Region::Sphere(4), Region::Sphere(5)];
 
 /// Every subject. The tolerances pay, in all of them, for the reference's noise (1 to 3 %) and for edges, which cones and rays
 /// see once per pixel and the reference as often as it has paths.
-fn subjects() -> Vec<Subject> {
-    let full = |name, scene, parts, tries| Subject { name, scene, depth: Depth::Full, parts, tries };
+fn subjects() -> Vec<GlossScene> {
+    let full = |name, scene, parts, tries| GlossScene { name, scene, depth: Depth::Full, parts, tries };
     // Two bounces of the room: what is seen in a mirror has as many as what is seen directly.
-    let row =
-        |name, metal, tries| Subject { depth: Depth::Bounces(2), ..full(name, gloss::spheres(metal), SPHERES, tries) };
+    let row = |name, metal, tries| GlossScene {
+        depth: Depth::Bounces(2),
+        ..full(name, gloss::spheres(metal), SPHERES, tries)
+    };
     vec![
         // The rest: squares of the room are 10 voxels and in the mirrors a pixel or less; the volume blurs their edges. One ray
         // stands for a whole lobe, as a cone does, and no cone leans down as a rough lobe does.
@@ -152,39 +154,39 @@ fn subjects() -> Vec<Subject> {
         // Eight rays of each sphere's lobe: .987 of the energy on llvmpipe, .969 on an NVIDIA H200.
         row("lacquer", false, &[(CONES, 0.15, 0.03), (RAYS, 0.13, 0.04)]),
         // A pixel is one ray here, and has edges of the wall's squares.
-        Subject {
+        GlossScene {
             depth: Depth::Bounces(2),
-            ..full("two mirrors", gloss::two_mirrors(), &[Part::Mirrors], &[(RAYS, 0.12, 0.03)])
+            ..full("two mirrors", gloss::two_mirrors(), &[Region::Mirrors], &[(RAYS, 0.12, 0.03)])
         },
-        full("two mirrors, all bounces", gloss::two_mirrors(), &[Part::Mirrors], &[(ALL, 0.15, 0.03)]),
+        full("two mirrors, all bounces", gloss::two_mirrors(), &[Region::Mirrors], &[(ALL, 0.15, 0.03)]),
         // Light that glass reflects inside is taken to be as bright as the light that is seen through it; here, the
         // room is black. A frosted ball is frosted where light enters and smooth where it leaves.
-        full("glass ball", gloss::glass_ball(1.5, 0.0), &[Part::Ball], &[(CONES, 0.45, 0.03), (RAYS, 0.17, 0.07)]),
-        full("ball of ior 1", gloss::glass_ball(1.0, 0.0), &[Part::Ball], &[(CONES, 0.25, 0.08), (RAYS, 0.12, 0.02)]),
-        full("frosted ball", gloss::glass_ball(1.5, 0.3), &[Part::Ball], &[(CONES, 0.41, 0.22), (RAYS, 0.22, 0.16)]),
-        full("thin pane", gloss::thin_pane(0.0), &[Part::Pane], &[(CONES, 0.15, 0.02), (RAYS, 0.12, 0.02)]),
+        full("glass ball", gloss::glass_ball(1.5, 0.0), &[Region::Ball], &[(CONES, 0.45, 0.03), (RAYS, 0.17, 0.07)]),
+        full("ball of ior 1", gloss::glass_ball(1.0, 0.0), &[Region::Ball], &[(CONES, 0.25, 0.08), (RAYS, 0.12, 0.02)]),
+        full("frosted ball", gloss::glass_ball(1.5, 0.3), &[Region::Ball], &[(CONES, 0.41, 0.22), (RAYS, 0.22, 0.16)]),
+        full("thin pane", gloss::thin_pane(0.0), &[Region::Pane], &[(CONES, 0.15, 0.02), (RAYS, 0.12, 0.02)]),
         full(
             "penumbra of 0 m",
             gloss::penumbra(0.0),
-            &[Part::Direct],
+            &[Region::Direct],
             &[(CONES, 0.04, 0.01), (&["lights.shadows=method"], 0.13, 0.08)],
         ),
         full(
             "penumbra of 0.1 m",
             gloss::penumbra(0.1),
-            &[Part::Direct],
+            &[Region::Direct],
             &[(CONES, 0.06, 0.02), (&["lights.shadow_rays=16"], 0.04, 0.02), (&["lights.shadows=method"], 0.14, 0.08)],
         ),
         full(
             "penumbra of 0.25 m",
             gloss::penumbra(0.25),
-            &[Part::Direct],
+            &[Region::Direct],
             &[(CONES, 0.11, 0.02), (&["lights.shadow_rays=16"], 0.045, 0.02), (&["lights.shadows=method"], 0.15, 0.06)],
         ),
         full(
             "corner",
             gloss::corner(),
-            &[Part::Ao],
+            &[Region::Ao],
             &[(CONES, 0.07, 0.04), (&["method=rays", "rays.diffuse=64"], 0.04, 0.02)],
         ),
     ]
@@ -224,7 +226,7 @@ fn gloss_is_as_close_as_its_page_says() {
     let mut wrong = Vec::new();
     // Every subject would trace two million paths more and change no pass that these leave out.
     let subjects = subjects().into_iter().filter(|subject| more::all() || SHORT.contains(&subject.name));
-    for Subject { name, scene, depth, parts, tries } in subjects {
+    for GlossScene { name, scene, depth, parts, tries } in subjects {
         let truth = truth(&scene, depth);
         for (changes, most_rel, most_energy) in tries {
             let image = image(&scene, &settings(changes));
@@ -377,7 +379,7 @@ fn a_lamps_reflection_in_a_floor_is_whole_and_without_sparks() {
         let truth = truth.get(Aov::Direct).expect("asked for");
         let ratio = |image: &[[f32; 3]], i: usize| f64::from(image[i][1]) / f64::from(truth[i][1]);
         // Beside the lamp itself and dark places, where few paths say what is true.
-        let median = Spread::of(truth.iter().map(|p| f64::from(p[1]))).median;
+        let median = Spread::of_values(truth.iter().map(|p| f64::from(p[1]))).median;
         let counts: Vec<usize> = (0..truth.len()).filter(|i| f64::from(truth[*i][1]) > 0.1 * median).collect();
         let one = direct(&[]);
         let worst = counts.iter().map(|i| ratio(&one, *i)).fold(0.0, f64::max);

@@ -18,7 +18,7 @@ use twobounce::renderer::Renderer;
 use twobounce::scene::LightKind;
 use twobounce::scene::{Material, Scene};
 use twobounce::settings::{Bounces, Center, Settings};
-use twobounce::vk::{Context, Image, Stage, download, download_image};
+use twobounce::vk::{Context, Image, ShaderStage, download, download_image};
 
 const EDGE: u32 = 16;
 const TEXELS: usize = 16;
@@ -135,15 +135,15 @@ fn lists_made_of_samples_are_the_conservative_ones_that_samples_reach() {
     let per_pixel = samples(&context, 8).expect("standard places");
     let scene = confetti();
     let [sampled, conservative] = VOXELISE.map(|voxelise| gpu::render(&context, &scene, &settings(&[voxelise]), 16));
-    let stages = |renderer: &Renderer, zone: &str| -> Vec<Vec<Stage>> {
+    let stages = |renderer: &Renderer, zone: &str| -> Vec<Vec<ShaderStage>> {
         let log = renderer.log().expect("the log is kept");
         let draws = log.zones_named(zone).flat_map(|zone| zone.draws().collect::<Vec<_>>());
         draws.map(|draw| draw.stages.iter().map(|s| s.stage).collect()).collect()
     };
-    assert_eq!(stages(&sampled, "voxelise"), [[Stage::Vertex, Stage::Fragment]]);
+    assert_eq!(stages(&sampled, "voxelise"), [[ShaderStage::Vertex, ShaderStage::Fragment]]);
     assert!(stages(&sampled, "cover").is_empty());
     assert!(stages(&conservative, "voxelise").is_empty(), "a compute pass lists them");
-    assert_eq!(stages(&conservative, "cover"), [[Stage::Vertex, Stage::Fragment]]);
+    assert_eq!(stages(&conservative, "cover"), [[ShaderStage::Vertex, ShaderStage::Fragment]]);
     // The order of triangles is the device's.
     let pairs = |renderer: &Renderer| -> BTreeMap<(u32, [u64; 9]), Item> {
         let key = |item: &Item| (item.voxel, std::array::from_fn(|i| item.corners[i / 3][i % 3].to_bits()));

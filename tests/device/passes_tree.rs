@@ -63,7 +63,7 @@ fn places() -> Vec<DAffine3> {
 fn the_tree_holds_every_triangle() {
     let context = gpu::context();
     let renderer = gpu::render(&context, &scene(&places()), &settings(), 8);
-    let held = Tree::of(&context, &renderer).check();
+    let held = Tree::of_renderer(&context, &renderer).check();
     // Flat triangles that stand upright have no area, nor has one of three; all others are there.
     assert!((306 * 5 - 5..306 * 6).contains(&held), "{held}");
 }
@@ -76,7 +76,7 @@ fn a_tree_of_one_triangle_and_of_none() {
         let mut random = Random::new(1);
         let crumbs: Vec<_> = (0..count).map(|_| triangle(&mut random, DVec3::splat(8.0), 1.0)).collect();
         add(&mut one, &crumbs, Material::lamp("lamp", Vec3::ONE));
-        assert_eq!(Tree::of(&context, &gpu::render(&context, &one, &settings(), 8)).check(), count);
+        assert_eq!(Tree::of_renderer(&context, &gpu::render(&context, &one, &settings(), 8)).check(), count);
     }
     // Rays meet nothing: the image is the sky.
     let mut none = Scene::empty("none");
@@ -106,7 +106,7 @@ fn boxes_follow_what_moves() {
             *place = DAffine3::from_axis_angle(DVec3::Y, 0.1 * index as f64 * f64::from(step)) * *place;
         }
         renderer.render(&pose, &view).expect("a frame");
-        assert!(Tree::of(&context, &renderer).check() > 306 * 5 - 6);
+        assert!(Tree::of_renderer(&context, &renderer).check() > 306 * 5 - 6);
     }
 }
 
@@ -140,6 +140,6 @@ fn many_triangles_stand_in_several_trees() {
     for step in 0..2 {
         pose.world_from_instance[1] = DAffine3::from_axis_angle(DVec3::Y, 0.1 * f64::from(step));
         renderer.render(&pose, &view).expect("a frame");
-        assert_eq!(Tree::of(&context, &renderer).check(), 2 * MANY);
+        assert_eq!(Tree::of_renderer(&context, &renderer).check(), 2 * MANY);
     }
 }

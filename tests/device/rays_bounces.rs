@@ -8,7 +8,7 @@ use glam::{Affine2, DAffine3, DQuat, DVec3, Vec3, Vec4};
 use twobounce::layers::{Aov, Layers, relative_noise};
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::{Alpha, Image, LightKind, Material, Mesh, Mip, Scene, Texture, TextureRef, View, Wrap};
+use twobounce::scene::{Alpha, LightKind, Material, Mesh, Mip, Scene, Texture, TextureImage, TextureRef, View, Wrap};
 use twobounce::settings::Settings;
 
 /// Two rooms beside each other, open in front, with walls of 0.1 m and a wall of `between` metres between them that ends before
@@ -120,7 +120,12 @@ fn adding_a_bounce_never_darkens() {
 fn bush() -> Scene {
     let (mut scene, mut random) = (Scene::empty("bush"), Random::new(21));
     let leaf = |k: usize| if (k + k / 8).is_multiple_of(3) { [110, 230, 60, 255] } else { [0, 0, 0, 0] };
-    scene.images.push(Image { name: "leaf".into(), width: 8, height: 8, rgba: (0..64).flat_map(leaf).collect() });
+    scene.images.push(TextureImage {
+        name: "leaf".into(),
+        width: 8,
+        height: 8,
+        rgba: (0..64).flat_map(leaf).collect(),
+    });
     let wrap = [Wrap::Repeat; 2];
     scene.textures.push(Texture { image: 0, wrap, mag_linear: false, min_linear: false, mip: Mip::Linear });
     let texture = Some(TextureRef { texture: 0, uv_set: 0, transform: Affine2::IDENTITY });

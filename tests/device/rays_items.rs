@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use crate::studio::{Studio, room};
 use glam::{DAffine3, DQuat, DVec3, IVec3, Vec3};
-use gpu::twins::split::Part;
+use gpu::twins::split::TrianglePart;
 use twobounce::ground::cells::LIT_COUNTS;
 use twobounce::ground::layout::{Globals, ItemPart, ListCount, ListItem, Triangle};
 use twobounce::renderer::{RenderOptions, Renderer};
@@ -126,7 +126,7 @@ fn what_another_surface_cuts_is_lit_as_two_as_the_twin_says() {
                 IVec3::from([voxel % EDGE, voxel / EDGE % EDGE, voxel / EDGE / EDGE].map(|v| v as i32)).as_dvec3();
             let two_sided =
                 scene.materials[held.triangles[held.items[item].triangle as usize].material as usize].double_sided;
-            let cut = Part { corners: held.corners(item), center: low + 0.5, two_sided, others: &others };
+            let cut = TrianglePart { corners: held.corners(item), center: low + 0.5, two_sided, others: &others };
             if part.area < 1e-4 {
                 continue; // its middle is anywhere within rounding
             }

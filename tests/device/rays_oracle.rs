@@ -16,7 +16,7 @@ use oracle::{Facet, Found, Oracle, Ray, Tally};
 use rayon::prelude::*;
 use twobounce::ground::constants::{Features, constants};
 use twobounce::renderer::Renderer;
-use twobounce::scene::{Alpha, Image, Material, Mesh, Mip, Scene, Texture, TextureRef, Wrap};
+use twobounce::scene::{Alpha, Material, Mesh, Mip, Scene, Texture, TextureImage, TextureRef, Wrap};
 use twobounce::settings::{Bounces, Settings, Tracer};
 use twobounce::vk::*;
 
@@ -228,7 +228,7 @@ fn veils() -> Scene {
         if k.is_multiple_of(4) { [255, 255, 0, alpha] } else { [color.x as u8, color.y as u8, color.z as u8, alpha] }
     };
     let rgba: Vec<u8> = (0..8 * 4).flat_map(|k| texel(k, &mut random)).collect();
-    scene.images.push(Image { name: "veil".into(), width: 8, height: 4, rgba });
+    scene.images.push(TextureImage { name: "veil".into(), width: 8, height: 4, rgba });
     for (linear, wrap) in [(false, [Wrap::Repeat, Wrap::Mirror]), (true, [Wrap::Mirror, Wrap::Clamp])] {
         scene.textures.push(Texture { image: 0, wrap, mag_linear: linear, min_linear: linear, mip: Mip::None });
     }

@@ -10,7 +10,7 @@ use twobounce::profile::executables::table;
 use twobounce::settings::Settings;
 use twobounce::vk::{
     self, Bind, Binding, BindingKind, Buffer, BufferKind, CommandLog, Compute, ComputeDesc, Constant, Recorder,
-    RecorderOptions, Stage, ZoneKind,
+    RecorderOptions, ShaderStage, ZoneKind,
 };
 
 /// Keeps a log.
@@ -107,13 +107,13 @@ fn reflection_gives_names_kinds_stages_and_layouts() {
         name: name.to_owned(),
         kind: BindingKind::Storage,
         count: 1,
-        stages: vec![Stage::Compute],
+        stages: vec![ShaderStage::Compute],
         read_only,
     };
     assert_eq!(pass.bindings(), [storage(0, "source", true), storage(1, "target", false)]);
     assert_eq!(pass.push_bytes(), 8);
     assert_eq!(pass.stages().len(), 1);
-    assert_eq!((pass.stages()[0].stage, pass.stages()[0].shader), (Stage::Compute, "test/copy.comp"));
+    assert_eq!((pass.stages()[0].stage, pass.stages()[0].shader), (ShaderStage::Compute, "test/copy.comp"));
 
     let structs = vk::shader::structs("test/copy.comp");
     let item = &structs["Item"];

@@ -165,7 +165,7 @@ fn a_host_records_into_its_own_command_buffers() {
 /// There, rendering and barriers come from extensions.
 #[test]
 fn a_host_with_vulkan_1_2_does_as_well() {
-    let host = Host::of(raw::API_VERSION_1_2);
+    let host = Host::of_version(raw::API_VERSION_1_2);
     let context = host.adopt(|_| ()).unwrap();
     frames(&host, &context);
     drop(context);
@@ -265,6 +265,6 @@ fn a_host_that_did_not_enable_what_is_needed_is_refused() {
 fn structures_of_a_later_version_say_the_same() {
     let structs = vk::required_features().structs();
     let vulkan13 = raw::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
-    assert_eq!(vk::Features::of(&structs.core, &structs.vulkan12, &vulkan13), vk::required_features());
+    assert_eq!(vk::Features::of_structs(&structs.core, &structs.vulkan12, &vulkan13), vk::required_features());
     assert!(vk::required_extensions(raw::API_VERSION_1_2).len() > vk::required_extensions(raw::API_VERSION_1_3).len());
 }

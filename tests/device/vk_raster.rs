@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use twobounce::vk::{
     self, Bind, Buffer, BufferKind, CallLog, ColorTarget, CompareOp, Compute, ComputeDesc, DepthDesc, DepthTarget,
     DrawCall, Filter, Format, Image, ImageDesc, ImageDim, ImageRegion, ImageUsageFlags, Load, Raster, RasterDesc,
-    Recorder, RecorderOptions, Rect, RenderTarget, Sampler, SamplerAddressMode, Stage, VertexInput, ZoneKind,
+    Recorder, RecorderOptions, Rect, RenderTarget, Sampler, SamplerAddressMode, ShaderStage, VertexInput, ZoneKind,
 };
 
 /// Keeps a log.
@@ -81,7 +81,7 @@ fn a_layered_draw_writes_every_slice() {
 
             let draw = log.zones[0].draws().next().unwrap();
             assert_eq!(draw.stages.len(), if geometry.is_some() { 3 } else { 2 });
-            assert_eq!(draw.shader(Stage::Geometry), geometry);
+            assert_eq!(draw.shader(ShaderStage::Geometry), geometry);
             assert_eq!(draw.stages.last().unwrap().outputs, 2);
             assert_eq!((draw.target.width, draw.target.height, draw.target.layers), (edge, edge, edge));
             assert_eq!(draw.call, CallLog::Direct { vertices: 3, instances: edge - 1 });

@@ -48,7 +48,7 @@ pub fn corpus() -> Vec<PathBuf> {
     // Larger ones take longer and show no more.
     let small = |path: &PathBuf| path.metadata().is_ok_and(|about| about.len() < 20_000);
     let no_list = |path: &PathBuf| !path.ends_with("streams.json");
-    let mut paths: Vec<PathBuf> = paths.filter(|p| targets::of(p).is_some() && small(p) && no_list(p)).collect();
+    let mut paths: Vec<PathBuf> = paths.filter(|p| targets::index_of(p).is_some() && small(p) && no_list(p)).collect();
     paths.sort();
     paths
 }

@@ -30,7 +30,7 @@ use crate::worker::wrong_sentence;
 /// Bytes that loading may take by its own count; the guard around it allows what else there is.
 const LOAD_BYTES: u64 = 64 << 20;
 
-pub struct Target {
+pub struct FuzzTarget {
     pub name: &'static str,
     /// Of files in the corpus, and how many in twenty inputs are made of those.
     pub endings: &'static [&'static str],
@@ -52,21 +52,21 @@ pub struct Input<'a> {
 /// Result of a file in words that change when something new happens, or why it was refused.
 pub type Outcome = Result<String, String>;
 
-pub const TARGETS: [Target; 10] = [
-    Target { name: "scene", endings: &["glb", "gltf"], share: 10, names_file: true, run: scene },
-    Target { name: "stream", endings: &["stream.glb"], share: 2, names_file: true, run: scene },
-    Target { name: "texture", endings: &["png", "jpg", "webp", "ktx2"], share: 4, names_file: true, run: texture },
-    Target { name: "map", endings: &["hdr", "exr"], share: 2, names_file: true, run: map },
-    Target { name: "settings", endings: &["toml"], share: 1, names_file: false, run: settings },
-    Target { name: "table", endings: &["csv"], share: 1, names_file: false, run: table },
-    Target { name: "row", endings: &["row"], share: 1, names_file: false, run: row },
-    Target { name: "film", endings: &["film"], share: 1, names_file: false, run: film },
-    Target { name: "outline", endings: &["outline"], share: 1, names_file: false, run: outline },
-    Target { name: "part", endings: &["part"], share: 1, names_file: false, run: part },
+pub const TARGETS: [FuzzTarget; 10] = [
+    FuzzTarget { name: "scene", endings: &["glb", "gltf"], share: 10, names_file: true, run: scene },
+    FuzzTarget { name: "stream", endings: &["stream.glb"], share: 2, names_file: true, run: scene },
+    FuzzTarget { name: "texture", endings: &["png", "jpg", "webp", "ktx2"], share: 4, names_file: true, run: texture },
+    FuzzTarget { name: "map", endings: &["hdr", "exr"], share: 2, names_file: true, run: map },
+    FuzzTarget { name: "settings", endings: &["toml"], share: 1, names_file: false, run: settings },
+    FuzzTarget { name: "table", endings: &["csv"], share: 1, names_file: false, run: table },
+    FuzzTarget { name: "row", endings: &["row"], share: 1, names_file: false, run: row },
+    FuzzTarget { name: "film", endings: &["film"], share: 1, names_file: false, run: film },
+    FuzzTarget { name: "outline", endings: &["outline"], share: 1, names_file: false, run: outline },
+    FuzzTarget { name: "part", endings: &["part"], share: 1, names_file: false, run: part },
 ];
 
 /// The target of a file.
-pub fn of(path: &Path) -> Option<usize> {
+pub fn index_of(path: &Path) -> Option<usize> {
     let ending = path.extension()?.to_str()?;
     let name = path.file_name()?.to_str()?;
     let streams = ["draco", "meshopt"].iter().any(|format| name.contains(format));

@@ -51,7 +51,7 @@ pub fn work(task: &Task) {
     for path in crate::corpus() {
         let ending = path.extension().unwrap_or_default().to_string_lossy().into_owned();
         let bytes = fs::read(&path).expect("the corpus can be read");
-        kept[targets::of(&path).expect("a target reads it")].push(Seed { ending, bytes });
+        kept[targets::index_of(&path).expect("a target reads it")].push(Seed { ending, bytes });
     }
     let given: Vec<usize> = kept.iter().map(Vec::len).collect();
     let chosen = |t: &usize| task.only.is_empty() || task.only.split(',').any(|name| name == TARGETS[*t].name);
@@ -109,7 +109,7 @@ fn write_report(folder: &Path, tallies: &[Tally]) {
 /// Runs one file, under its own name's ending.
 pub fn run_file(folder: &Path, path: &Path) {
     guard::start();
-    let target = targets::of(path).unwrap_or_else(|| fault("has an ending that no target reads"));
+    let target = targets::index_of(path).unwrap_or_else(|| fault("has an ending that no target reads"));
     let ending = path.extension().unwrap_or_default().to_string_lossy().into_owned();
     let bytes = fs::read(path).unwrap_or_else(|e| fault(&format!("cannot be read: {e}")));
     let (outcome, Cost { seconds, bytes }) = run(folder, target, &ending, &bytes);

@@ -27,14 +27,14 @@ pub fn meets(from: DVec3, to: DVec3, &[a, b, c]: &[DVec3; 3]) -> bool {
 }
 
 /// A triangle's part in the voxel about `center`, and what else is listed there.
-pub struct Part<'a> {
+pub struct TrianglePart<'a> {
     pub corners: [DVec3; 3],
     pub center: DVec3,
     pub two_sided: bool,
     pub others: &'a [[DVec3; 3]],
 }
 
-impl Part<'_> {
+impl TrianglePart<'_> {
     fn normal(&self) -> DVec3 {
         let [a, b, c] = self.corners;
         (b - a).cross(c - a).normalize()

@@ -19,7 +19,7 @@ pub struct Tree {
 }
 
 impl Tree {
-    pub fn of(context: &Arc<Context>, renderer: &Renderer) -> Self {
+    pub fn of_renderer(context: &Arc<Context>, renderer: &Renderer) -> Self {
         let ground = renderer.ground();
         Self {
             words: download(context, &ground.tree.links).expect("links"),

@@ -1,6 +1,6 @@
 //! The pages of the ledgers: every row that names settings is measured, and each row with a formula has a test.
 
-use twobounce::lab::ledger::{Job, LEDGERS, ids, lines};
+use twobounce::lab::ledger::{Comparison, LEDGERS, ids, lines};
 use twobounce::settings::Settings;
 
 #[test]
@@ -11,8 +11,8 @@ fn every_row_that_names_settings_is_measured() {
         for line in lines {
             let name = format!("{}, {}", ledger.page, line.name);
             let settings = match &line.job {
-                Job::Change { printed, right } => [&printed[..], right].concat(),
-                Job::Fill { settings, .. } | Job::Furnace { settings, .. } => settings.clone(),
+                Comparison::Change { printed, right } => [&printed[..], right].concat(),
+                Comparison::Fill { settings, .. } | Comparison::Furnace { settings, .. } => settings.clone(),
             };
             let mut set = Settings::preset(ledger.preset).expect("a preset");
             for assignment in settings.iter().filter(|assignment| !assignment.starts_with("sky=")) {

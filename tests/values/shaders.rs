@@ -8,7 +8,7 @@ use std::sync::Mutex;
 
 use twobounce::gi::{Method, cones, lpv, photons, rays};
 use twobounce::ground::constants::{
-    DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, Features, LIT_ALIKE, LIT_EACH, constants, with,
+    DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, Features, LIT_EACH, LIT_GROUPED, constants, with,
 };
 use twobounce::renderer::method_of;
 use twobounce::settings::{PRESETS, Settings};
@@ -30,7 +30,7 @@ fn of_method(settings: &Settings) -> Vec<Constant> {
 fn of_passes(way: u32) -> Vec<Constant> {
     let mut added = vec![
         ("DIRECT", [DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ][way as usize].into()),
-        ("LIT", [LIT_EACH, LIT_ALIKE, LIT_ALIKE][way as usize].into()),
+        ("LIT", [LIT_EACH, LIT_GROUPED, LIT_GROUPED][way as usize].into()),
         ("BOXES", way.into()),
         ("BLENDED", (way % 2).into()),
         ("SAMPLES", [1u32, 4, 8][way as usize].into()),

@@ -1,7 +1,7 @@
 //! The twins themselves against values worked out by hand.
 
-mod alike {
-    use crate::twins::alike::*;
+mod item_groups {
+    use crate::twins::item_groups::*;
     use glam::*;
 
     #[test]

@@ -38,8 +38,8 @@ Photon photon_of(uint item) {
     ListItem entry = list_items[item];
     COUNT(LIST_ITEMS, 1u);
     COUNT(CORNERS, 3u);
-    COUNT(WORDS, LIT == LIT_ALIKE ? 10u : 9u);
-    uint lit_by = LIT == LIT_ALIKE ? item_parts[item].lit_by : item;
+    COUNT(WORDS, LIT == LIT_GROUPED ? 10u : 9u);
+    uint lit_by = LIT == LIT_GROUPED ? item_parts[item].lit_by : item;
     ItemLight light = item_lights[lit_by];
     vec3 n = normalize(triangle_normal(triangles[entry.triangle].corners[0], triangles[entry.triangle].corners[1],
         triangles[entry.triangle].corners[2]));

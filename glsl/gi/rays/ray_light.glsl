@@ -1,7 +1,7 @@
 // A ray that finds its triangle exactly and takes the light that the triangle itself sends there.
 
 #include "ground/ray.glsl"
-#include "common/alike.glsl"
+#include "common/facing.glsl"
 #include "ground/boxes.glsl"
 #include "ground/item_index.glsl"
 #include "ground/on_plane.glsl"

@@ -35,9 +35,9 @@ pub const COLUMNS: [&str; 17] = [
 
 /// Cells in the order of [`COLUMNS`].
 #[derive(Clone, Debug, PartialEq)]
-struct Line([String; COLUMNS.len()]);
+struct SuiteLine([String; COLUMNS.len()]);
 
-impl Line {
+impl SuiteLine {
     fn cell(&self, column: &str) -> &str {
         COLUMNS.iter().zip(&self.0).find(|(name, _)| **name == column).map_or("", |(_, cell)| cell)
     }
@@ -70,7 +70,7 @@ impl Line {
 
 /// The rows of `rows.csv`.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Rows(Vec<Line>);
+pub struct Rows(Vec<SuiteLine>);
 
 /// A page for those who have none around the tables.
 const PAGE: &str = "# Rows of the suite\n\nErrors are `rel`, against all light; less is better. (a) is the whole image, (b) the indirect light on \
@@ -91,7 +91,7 @@ impl Rows {
             return Ok(Self::default());
         }
         let (head, lines) = table::from_csv(&read::text(&path, "table of rows")?).map_err(|_| other(&path))?;
-        let line = |row: &table::CsvRow| Line(COLUMNS.map(|column| row.cell(column).to_owned()));
+        let line = |row: &table::CsvRow| SuiteLine(COLUMNS.map(|column| row.cell(column).to_owned()));
         if head == COLUMNS { Ok(Self(lines.iter().map(line).collect())) } else { Err(other(&path)) }
     }
 
@@ -116,7 +116,7 @@ impl Rows {
         cells.extend([milliseconds, total.rel, total.energy, total.relmse, total.p95, errors.flip].map(short));
         cells.extend([diffuse.map(|d| d.rel), diffuse.map(|d| d.energy)].map(number));
         cells.extend([Some(errors.noise_in_rel.total), errors.noise_in_rel.diffuse].map(number));
-        let line = Line(cells.try_into().expect("a cell for each column"));
+        let line = SuiteLine(cells.try_into().expect("a cell for each column"));
         let mut said = format!("{} {}, {}: {milliseconds:.1} ms", of.name, of.options.size.0, row.name);
         let _ = write!(said, ", rel {:.4} of all light, at most {:.4} by", total.rel, errors.noise_in_rel.total);
         said += " the reference's noise";
@@ -126,9 +126,9 @@ impl Rows {
 
     /// The rows as CSV, in the order of the suite.
     pub fn csv(&self, suite: &Suite) -> String {
-        let mut lines: Vec<&Line> = self.0.iter().collect();
-        let place = |line: &&Line| suite.scenes.iter().position(|scene| scene.name == line.cell("scene"));
-        let text = |line: &Line| line.identity().map(str::to_owned);
+        let mut lines: Vec<&SuiteLine> = self.0.iter().collect();
+        let place = |line: &&SuiteLine| suite.scenes.iter().position(|scene| scene.name == line.cell("scene"));
+        let text = |line: &SuiteLine| line.identity().map(str::to_owned);
         lines.sort_by_key(|line| (place(line), Reverse(line.number("side_pixels") as u64), text(line)));
         table::to_csv(std::iter::once(COLUMNS.map(str::to_owned)).chain(lines.into_iter().map(|line| line.0.clone())))
     }
@@ -149,13 +149,13 @@ impl Rows {
 
     /// Every row's error of the whole image, scene by scene, at the first side.
     fn overview(&self, suite: &Suite) -> String {
-        let is_large = |line: &&Line| line.number("side_pixels") == f64::from(suite.sides[0]);
-        let large: Vec<&Line> = self.0.iter().filter(is_large).collect();
+        let is_large = |line: &&SuiteLine| line.number("side_pixels") == f64::from(suite.sides[0]);
+        let large: Vec<&SuiteLine> = self.0.iter().filter(is_large).collect();
         let mut names: Vec<[String; 3]> = large.iter().map(|line| line.names()).collect();
         names.sort();
         names.dedup();
         let cell = |names: &[String; 3], scene: &Entry| {
-            let of = |line: &&&Line| line.cell("scene") == scene.name && line.names() == *names;
+            let of = |line: &&&SuiteLine| line.cell("scene") == scene.name && line.names() == *names;
             large.iter().find(of).map_or(table::MISSING.to_owned(), |line| line.rounded("total_rel", 3))
         };
         let row = |names: &[String; 3]| {
@@ -170,10 +170,10 @@ impl Rows {
     fn of_scene(&self, scene: &str) -> String {
         const HEAD: [&str; 9] =
             ["row", "pixels", "ms", "(a) rel", "(a) energy", "(b) rel", "(b) energy", "device", "how"];
-        let mut lines: Vec<&Line> = self.0.iter().filter(|line| line.cell("scene") == scene).collect();
-        let order = |line: &Line| (-line.number("side_pixels"), line.number("total_rel"));
+        let mut lines: Vec<&SuiteLine> = self.0.iter().filter(|line| line.cell("scene") == scene).collect();
+        let order = |line: &SuiteLine| (-line.number("side_pixels"), line.number("total_rel"));
         lines.sort_by(|a, b| order(a).partial_cmp(&order(b)).unwrap_or(std::cmp::Ordering::Equal));
-        let row = |line: &&Line| {
+        let row = |line: &&SuiteLine| {
             let digits = usize::from(line.number("milliseconds") < 10.0);
             let how = match line.cell("note") {
                 "" => line.shown("source"),

@@ -14,7 +14,7 @@ use twobounce::chart::export::Chart;
 use twobounce::chart::measure::{ChartScene, MOST_PATHS};
 use twobounce::chart::outline::{Outline, Planned};
 use twobounce::chart::row::Row;
-use twobounce::lab::store::{Origin, Row as _, Store, Stored, device_words};
+use twobounce::lab::store::{ExperimentRow as _, Origin, Store, Stored, device_words};
 use twobounce::output::file;
 use twobounce::reference::cache::Cache;
 use twobounce::stage::check_film;
@@ -243,7 +243,7 @@ impl Filling<'_> {
             mix_machines: args.mix_machines,
             with_history: args.history,
             running,
-            part: args.rows.words(),
+            part: args.rows.in_words(),
         };
         chart.write(&self.store)?;
         (self.further)(&chart)

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use twobounce::chart::measure::{Images, ReferenceImage};
 use twobounce::chart::outline::Outline;
 use twobounce::chart::row::{Measured, Row, Source};
-use twobounce::lab::store::{Row as _, Stored};
+use twobounce::lab::store::{ExperimentRow as _, Stored};
 use twobounce::layers::Layers;
 use twobounce::output::exr::Metadata;
 use twobounce::output::file;

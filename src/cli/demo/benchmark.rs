@@ -23,7 +23,7 @@ use crate::cli::{interrupt, out, outputs, report};
 const VERSION: u32 = 1;
 
 #[derive(Serialize)]
-struct Pass {
+struct PassTimes {
     name: &'static str,
     kind: ZoneKind,
     /// In which the pass ran.
@@ -44,7 +44,7 @@ struct Report {
     frames: usize,
     frame_wall_ms: Percentiles,
     frame_gpu_ms: Percentiles,
-    passes: Vec<Pass>,
+    passes: Vec<PassTimes>,
     method: &'static str,
     settings: Settings,
 }
@@ -72,11 +72,11 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
     }
     drop(progress);
     refuse_invalid(&context)?;
-    let pass = |PassTiming { name, kind, frames_gpu_ms, .. }: PassTiming| Pass {
+    let pass = |PassTiming { name, kind, frames_gpu_ms, .. }: PassTiming| PassTimes {
         name,
         kind,
         frames: frames_gpu_ms.len(),
-        gpu_ms: Percentiles::of(frames_gpu_ms),
+        gpu_ms: Percentiles::of_values(frames_gpu_ms),
     };
     let report = Report {
         version: VERSION,
@@ -87,8 +87,8 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
         height: args.size.1,
         fps: args.fps,
         frames: timings.frames().len(),
-        frame_wall_ms: Percentiles::of(timings.frames().map(|frame| frame.wall_ms)),
-        frame_gpu_ms: Percentiles::of(timings.frames().map(|frame| frame.gpu_ms)),
+        frame_wall_ms: Percentiles::of_values(timings.frames().map(|frame| frame.wall_ms)),
+        frame_gpu_ms: Percentiles::of_values(timings.frames().map(|frame| frame.gpu_ms)),
         passes: timings.passes().into_iter().map(pass).collect(),
         method: settings.method.name(),
         settings,
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn the_keys_are_those_of_the_page() {
-        let pass = Pass { name: "record", kind: ZoneKind::Raster, frames: 1, gpu_ms: Percentiles::default() };
+        let pass = PassTimes { name: "record", kind: ZoneKind::Raster, frames: 1, gpu_ms: Percentiles::default() };
         let report = Report { passes: vec![pass], ..Report::default() };
         report::tests::assert_documented(&report, VERSION, "The file that `twobounce demo", &["settings"]);
     }

@@ -60,7 +60,7 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<ExitCode> {
 }
 
 fn images(args: &DemoArgs, scene: SceneArgs, output: &Path, frames: u32) -> RenderArgs {
-    let exr = ImageKind::of(output) == Some(ImageKind::Exr);
+    let exr = ImageKind::of_path(output) == Some(ImageKind::Exr);
     RenderArgs {
         scene,
         output: output.to_owned(),

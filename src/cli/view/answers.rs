@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::anyhow;
 
 use super::App;
-use super::job::{Frame, News};
+use super::job::{News, ShownFrame};
 use crate::cli::out;
 #[cfg(feature = "hot-reload")]
 use crate::say;
@@ -37,7 +37,7 @@ impl App {
         Ok(())
     }
 
-    fn take_frame(&mut self, revision: u64, frame: Result<Frame, String>) -> anyhow::Result<()> {
+    fn take_frame(&mut self, revision: u64, frame: Result<ShownFrame, String>) -> anyhow::Result<()> {
         self.answered = revision;
         self.whole = frame.as_ref().map_or(true, |frame| frame.whole);
         match frame {
@@ -103,7 +103,7 @@ impl App {
         self.start()
     }
 
-    fn set_title(&self, frame: &Frame) {
+    fn set_title(&self, frame: &ShownFrame) {
         let Some(shown) = &self.shown else { return };
         let (width, height) = shown.screen.size();
         let coarse = if frame.divisor > 1 { format!(" at 1/{}", frame.divisor) } else { String::new() };

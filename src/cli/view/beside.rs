@@ -6,7 +6,7 @@ use twobounce::layers::{Aov, Layers};
 use twobounce::output::display::Display;
 use twobounce::settings::{Bounces, PRESETS, Settings};
 
-use super::job::Frame;
+use super::job::ShownFrame;
 use super::layer::Layer;
 use super::maker::encode;
 use super::screen::Picture;
@@ -82,7 +82,7 @@ pub struct Mixing {
 }
 
 /// The part of both that is shown.
-pub fn picture(frame: &Frame, layer: Layer, mixing: Mixing) -> Option<Picture> {
+pub fn picture(frame: &ShownFrame, layer: Layer, mixing: Mixing) -> Option<Picture> {
     let Mixing { mix, split, other } = mixing;
     let beside = frame.beside.as_ref()?;
     let size = frame.picture.size;

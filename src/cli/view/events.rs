@@ -158,7 +158,7 @@ impl App {
         match key {
             // An open list takes the key.
             KeyCode::Escape => {
-                let lists = |shown: &super::Shown| egui::Popup::is_any_open(shown.egui.egui_ctx());
+                let lists = |shown: &super::OpenWindow| egui::Popup::is_any_open(shown.egui.egui_ctx());
                 if !self.shown.as_ref().is_some_and(lists) {
                     event_loop.exit();
                 }

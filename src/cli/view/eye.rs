@@ -19,7 +19,7 @@ const LEAST_TO_VERTICAL: f64 = 0.02;
 
 impl Eye {
     /// An eye that looks as `view` does, at a point `distance` metres away; orthographic views become perspective ones.
-    pub fn of(view: &View, distance: f64) -> Self {
+    pub fn of_view(view: &View, distance: f64) -> Self {
         let fov = match view.projection {
             Projection::Perspective { fov, .. } => f64::from(fov).to_degrees(),
             Projection::Orthographic { .. } => f64::from(DEFAULT_FOV_DEGREES),

@@ -13,7 +13,7 @@ use twobounce::vk::ZoneTiming;
 
 use super::beside::Other;
 use super::layer::Layer;
-use super::question::Found;
+use super::question::Reply;
 use super::screen::Picture;
 use super::truth::Compared;
 
@@ -32,12 +32,12 @@ pub struct Job {
     pub size: (u32, u32),
     /// A coarser image will do, if it comes soon.
     pub moving: bool,
-    pub choice: Choice,
+    pub choice: PanelChoice,
 }
 
 /// The choices of the panel.
 #[derive(Clone, Default, PartialEq)]
-pub struct Choice {
+pub struct PanelChoice {
     pub settings: Settings,
     pub layer: Layer,
     /// The settings of the picture beside.
@@ -49,7 +49,7 @@ pub struct Choice {
     pub refine: u32,
 }
 
-impl Choice {
+impl PanelChoice {
     /// How an image is shown.
     pub fn display(&self, image: &Layers) -> Display {
         let automatic = || self.tone.automatic_exposure(image.beauty());
@@ -62,7 +62,7 @@ pub enum News {
     /// A frame is done: [`super::worker::State::frame`].
     Frame,
     /// Of a job by its revision: what came of a question.
-    Found(u64, Result<Found, String>),
+    Found(u64, Result<Reply, String>),
     /// How far a frame is from the truth, unless that is no longer wanted.
     Compared(Arc<AtomicBool>, Compared),
     /// GLSL that was saved: how many shaders are new, or what is wrong.
@@ -70,7 +70,7 @@ pub enum News {
     Shaders(Result<usize, String>),
 }
 
-pub struct Frame {
+pub struct ShownFrame {
     /// The job that it was made of.
     pub job: Job,
     pub picture: Picture,
@@ -103,7 +103,7 @@ pub struct Beside {
     pub gpu_ms: f64,
 }
 
-impl Frame {
+impl ShownFrame {
     /// How far a picture at rest has come: for the title, after the time.
     pub fn refined(&self) -> String {
         let Self { light_passes, passes, .. } = self;

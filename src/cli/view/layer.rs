@@ -89,11 +89,11 @@ impl Layer {
             let face = SIDES.iter().position(|side| *side == way)?;
             Some(Self::Grid(GridLayer::Volume(Side { bounce: bounce.parse().ok()?, level: level.parse().ok()?, face })))
         };
-        Self::all().find(|layer| layer.words().0 == name).or_else(side)
+        Self::all().find(|layer| layer.label().0 == name).or_else(side)
     }
 
     /// Its name, and what its colours say.
-    pub fn words(self) -> (String, &'static str) {
+    pub fn label(self) -> (String, &'static str) {
         let (name, meaning) = match self {
             Self::Image(layer) => (layer.name(), ""),
             Self::Grid(GridLayer::Voxels(level)) => {
@@ -254,7 +254,7 @@ mod tests {
         let offered = |method: &str| {
             let mut settings = Settings::default();
             settings.set(&format!("method={method}")).unwrap();
-            let names = Layer::all().filter(|layer| layer.is_made_with(&settings)).map(|layer| layer.words().0);
+            let names = Layer::all().filter(|layer| layer.is_made_with(&settings)).map(|layer| layer.label().0);
             // Every frame has the layers of the image, and voxels.
             let is_of_method =
                 |name: &String| !name.starts_with("voxels") && !Aov::ALL.iter().any(|aov| aov.name() == *name);

@@ -17,9 +17,9 @@ use twobounce::vk::{Context, ZoneTiming, ZoneTimings};
 use twobounce::{Error, Result};
 use winit::event_loop::EventLoopProxy;
 
-use super::job::{Beside, Choice, Frame, Job, News};
+use super::job::{Beside, Job, News, PanelChoice, ShownFrame};
 use super::layer::{Grid, Layer};
-use super::question::{self, Cost, Found, Question};
+use super::question::{self, Cost, Question, Reply};
 use super::screen::Picture;
 use super::worker::Shared;
 use crate::cli::progress::course::IMAGE_PASSES;
@@ -57,7 +57,7 @@ impl Makers {
     }
 
     /// Hands the window a job's frame, or says why there is none.
-    pub fn tell_frame(&self, job: &Job, frame: std::result::Result<Frame, String>) {
+    pub fn tell_frame(&self, job: &Job, frame: std::result::Result<ShownFrame, String>) {
         self.shared.lock().frame = Some((job.revision, frame));
         self.tell(News::Frame);
     }
@@ -141,7 +141,7 @@ impl Makers {
         if std::mem::replace(&mut self.shaders, job.shaders) != job.shaders {
             self.makers.clear();
         }
-        let Choice { settings, beside, .. } = &job.choice;
+        let PanelChoice { settings, beside, .. } = &job.choice;
         let settings: Vec<Settings> = [settings.clone()].into_iter().chain(beside.settings(settings)).collect();
         self.makers.truncate(settings.len());
         for settings in &settings[self.makers.len()..] {
@@ -159,9 +159,9 @@ impl Makers {
     pub fn answer(&mut self, job: &Job) {
         let Some(question) = self.shared.lock().question.take() else { return };
         let found = match (question, self.makers.first_mut()) {
-            (Question::Rays(pixel), Some(own)) => own.rays(&self.context, pixel).map(Found::Rays),
+            (Question::Rays(pixel), Some(own)) => own.rays(&self.context, pixel).map(Reply::Rays),
             (Question::Rays(_), None) => return,
-            (Question::Cost(key), _) => self.costs(key, job).map(|costs| Found::Cost(key, costs)),
+            (Question::Cost(key), _) => self.costs(key, job).map(|costs| Reply::Cost(key, costs)),
         };
         match found {
             Err(Error::Interrupted) => {}
@@ -224,7 +224,7 @@ impl Makers {
     }
 
     /// The frame that was drawn last, to be shown.
-    fn frame(&mut self, job: &Job, divisor: u32, began: Instant, whole: bool) -> Result<Frame> {
+    fn frame(&mut self, job: &Job, divisor: u32, began: Instant, whole: bool) -> Result<ShownFrame> {
         let Self { context, makers, .. } = self;
         let (picture, image, display) = makers[0].picture(job, None, context)?;
         let beside = makers.get_mut(1).map(|maker| {
@@ -232,7 +232,7 @@ impl Makers {
             Ok::<_, Error>(Beside { picture, image, gpu_ms: maker.report().timings.gpu_ms })
         });
         let own = &makers[0];
-        Ok(Frame {
+        Ok(ShownFrame {
             job: job.clone(),
             picture,
             image,
@@ -343,7 +343,7 @@ impl Maker {
     }
 
     /// The rays of a pixel of the last image.
-    fn rays(&mut self, context: &Arc<Context>, pixel: (u32, u32)) -> Result<Vec<question::Ray>> {
+    fn rays(&mut self, context: &Arc<Context>, pixel: (u32, u32)) -> Result<Vec<question::GatherRay>> {
         let inspect = question::inspect(&mut self.inspect, context, &self.renderer, &self.made_for.0)?;
         Ok(question::rays(&inspect.rays(context, question::inspected(&self.renderer), pixel)?, &self.renderer))
     }

@@ -48,7 +48,7 @@ use super::interrupt;
 use super::scene::fitted;
 use answers::Losses;
 use eye::Eye;
-use job::{Choice, Frame, Job, News};
+use job::{Job, News, PanelChoice, ShownFrame};
 use maker::Makers;
 use panel::Panel;
 use picture::Mixed;
@@ -138,7 +138,7 @@ fn show(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     #[cfg(feature = "hot-reload")]
     reload::begin(args.glsl.as_deref(), event_loop.create_proxy())?;
     let (tone, exposure) = (args.display.tone(), args.display.exposure_ev());
-    let choice = Choice { settings, tone, exposure, refine: args.refine, ..Choice::default() };
+    let choice = PanelChoice { settings, tone, exposure, refine: args.refine, ..PanelChoice::default() };
     let now = Instant::now();
     let mut app = App {
         run: args.run.clone(),
@@ -189,7 +189,7 @@ fn show(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
 }
 
 /// The window and what belongs to it; fields are dropped in this order.
-struct Shown {
+struct OpenWindow {
     egui: egui_winit::State,
     screen: Screen,
     window: Window,
@@ -208,7 +208,7 @@ struct App {
     first: u64,
     /// How often shaders were compiled anew.
     shaders: u32,
-    shown: Option<Shown>,
+    shown: Option<OpenWindow>,
     panel: Panel,
     script: Script,
     /// `None`: the camera that was asked for, at its place.
@@ -234,7 +234,7 @@ struct App {
     whole: bool,
     /// The picture is to be saved once it is whole.
     saves: bool,
-    frame: Option<Frame>,
+    frame: Option<ShownFrame>,
     truth: Option<Truth>,
     compared: Option<Compared>,
     /// How the picture on the screen was mixed from the frame; `None` where that picture is older.
@@ -260,7 +260,7 @@ impl App {
         let context = egui::Context::default();
         let side = Some(4096);
         let egui = egui_winit::State::new(context, egui::ViewportId::ROOT, &window, None, None, side);
-        self.shown = Some(Shown { egui, screen, window });
+        self.shown = Some(OpenWindow { egui, screen, window });
         self.mixed = None;
         Ok(())
     }
@@ -309,7 +309,7 @@ impl App {
     /// The eye to move: from now on the camera is not the one that was asked for.
     fn eye(&mut self) -> &mut Eye {
         let Subject { scene, shot, diagonal_m, .. } = &self.subject;
-        self.eye.get_or_insert_with(|| Eye::of(&shot.at(scene, self.later_s).1, 0.5 * diagonal_m))
+        self.eye.get_or_insert_with(|| Eye::of_view(&shot.at(scene, self.later_s).1, 0.5 * diagonal_m))
     }
 
     /// Asks for a frame of what is to be seen now.

@@ -4,7 +4,7 @@ use glam::DVec3;
 use twobounce::output::display::Display;
 use twobounce::scene::View;
 
-use super::question::Ray;
+use super::question::GatherRay;
 
 /// How lines of the world come onto the screen.
 pub struct Lines<'a> {
@@ -43,7 +43,7 @@ impl<'a> Lines<'a> {
     }
 
     /// Rays as bright as what they brought, exposed like the picture; what brought nothing is grey.
-    pub fn rays(&self, rays: &[Ray], display: Display) {
+    pub fn rays(&self, rays: &[GatherRay], display: Display) {
         for ray in rays {
             let [r, g, b] = display.codes(ray.light);
             let color = egui::Color32::from_rgb(r.max(60), g.max(60), b.max(60));
@@ -57,11 +57,11 @@ impl<'a> Lines<'a> {
 }
 
 /// The rays in words, those that brought most first.
-pub fn show_rays(ui: &mut egui::Ui, rays: &[Ray]) {
-    let brightness = |ray: &Ray| ray.light.iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0;
+pub fn show_rays(ui: &mut egui::Ui, rays: &[GatherRay]) {
+    let brightness = |ray: &GatherRay| ray.light.iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0;
     let all = rays.iter().map(brightness).sum::<f64>();
     ui.label(format!("{} rays, mean radiance {:.4}", rays.len(), all / rays.len().max(1) as f64));
-    let mut sorted: Vec<&Ray> = rays.iter().collect();
+    let mut sorted: Vec<&GatherRay> = rays.iter().collect();
     sorted.sort_by(|a, b| brightness(b).total_cmp(&brightness(a)));
     egui::Grid::new("rays").striped(true).show(ui, |ui| {
         for ray in sorted {

@@ -8,9 +8,9 @@ use twobounce::settings::{PRESETS, Range, Settings};
 use twobounce::vk::Step;
 
 use super::beside::{Mix, Mixing, Other};
-use super::job::{Choice, Frame};
+use super::job::{PanelChoice, ShownFrame};
 use super::layer::{GridLayer, LEVELS, Layer, SIDES};
-use super::question::{Cost, Found, Question, Ray};
+use super::question::{Cost, GatherRay, Question, Reply};
 use super::times::{self, History};
 use super::truth::Compared;
 use super::{KEYS, overlay};
@@ -22,7 +22,7 @@ const SAID_FOR: Duration = Duration::from_secs(4);
 pub struct Panel {
     pub open: bool,
     pub preset: String,
-    pub choice: Choice,
+    pub choice: PanelChoice,
     /// How both are shown where something is beside.
     pub mixing: Mixing,
     /// Whether the path tracer runs beside a picture at rest.
@@ -48,11 +48,11 @@ pub struct Panel {
     /// Costs of frames with other values of a setting, all others as these are.
     costs: (BTreeMap<&'static str, Vec<Cost>>, Settings),
     /// The rays of a pixel.
-    pub rays: Vec<Ray>,
+    pub rays: Vec<GatherRay>,
 }
 
 impl Panel {
-    pub fn new(preset: &str, choice: Choice) -> Self {
+    pub fn new(preset: &str, choice: PanelChoice) -> Self {
         Self {
             open: true,
             preset: preset.to_owned(),
@@ -64,11 +64,11 @@ impl Panel {
     }
 
     /// Takes the answer to a question.
-    pub fn take(&mut self, found: Result<Found, String>) {
+    pub fn take(&mut self, found: Result<Reply, String>) {
         self.error = None;
         match found {
-            Ok(Found::Rays(rays)) => self.rays = rays,
-            Ok(Found::Cost(key, costs)) => drop(self.costs.0.insert(key, costs)),
+            Ok(Reply::Rays(rays)) => self.rays = rays,
+            Ok(Reply::Cost(key, costs)) => drop(self.costs.0.insert(key, costs)),
             Err(words) => self.error = Some(words),
         }
     }
@@ -76,7 +76,7 @@ impl Panel {
     /// Costs of settings in the panel's words; for tests.
     pub fn costs_in_words(&self) -> String {
         let of = |(key, costs): (&&str, &Vec<Cost>)| {
-            let values: Vec<String> = costs.iter().map(Cost::words).collect();
+            let values: Vec<String> = costs.iter().map(Cost::in_words).collect();
             format!("{key}: {}", values.join(", "))
         };
         self.costs.0.iter().map(of).collect::<Vec<_>>().join("; ")
@@ -86,7 +86,7 @@ impl Panel {
     pub fn show(
         &mut self,
         context: &egui::Context,
-        frame: Option<&Frame>,
+        frame: Option<&ShownFrame>,
         compared: Option<&Compared>,
         step: Option<Step>,
     ) {
@@ -112,7 +112,9 @@ impl Panel {
                 if self.truth {
                     let slider = egui::Slider::new(&mut self.fade, 0.0..=2.0).show_value(false);
                     ui.add(slider.text("image, reference, FLIP"));
-                    ui.label(compared.map_or("the path tracer starts when the picture rests".into(), Compared::words));
+                    ui.label(
+                        compared.map_or("the path tracer starts when the picture rests".into(), Compared::in_words),
+                    );
                 }
                 ui.collapsing("settings", |ui| self.show_settings(ui));
                 if let Some(frame) = frame {
@@ -153,7 +155,7 @@ impl Panel {
         });
     }
 
-    fn show_view(&mut self, ui: &mut egui::Ui, frame: Option<&Frame>) {
+    fn show_view(&mut self, ui: &mut egui::Ui, frame: Option<&ShownFrame>) {
         egui::ComboBox::from_label("preset").selected_text(&self.preset).show_ui(ui, |ui| {
             for preset in PRESETS {
                 let chosen = ui.selectable_label(self.preset == preset.name, preset.name).on_hover_text(preset.meaning);
@@ -167,10 +169,10 @@ impl Panel {
         if !self.choice.layer.is_made_with(&self.choice.settings) {
             self.choice.layer = Layer::BEAUTY;
         }
-        let (name, meaning) = self.choice.layer.words();
+        let (name, meaning) = self.choice.layer.label();
         egui::ComboBox::from_label("layer").selected_text(name).height(400.0).show_ui(ui, |ui| {
             for layer in Layer::all().filter(|layer| layer.is_made_with(&self.choice.settings)) {
-                ui.selectable_value(&mut self.choice.layer, layer, layer.words().0);
+                ui.selectable_value(&mut self.choice.layer, layer, layer.label().0);
             }
         });
         if !meaning.is_empty() {
@@ -270,7 +272,7 @@ impl Panel {
                 }
             });
             for cost in self.costs.0.get(key.name).into_iter().flatten() {
-                let words = egui::RichText::new(cost.words());
+                let words = egui::RichText::new(cost.in_words());
                 ui.label(if cost.is_now { words.strong() } else { words });
             }
         }

@@ -21,13 +21,13 @@ pub enum Question {
 }
 
 /// Answer to a [`Question`].
-pub enum Found {
-    Rays(Vec<Ray>),
+pub enum Reply {
+    Rays(Vec<GatherRay>),
     Cost(&'static str, Vec<Cost>),
 }
 
 /// A ray that diffuse light was gathered along. Metres in the world; radiance.
-pub struct Ray {
+pub struct GatherRay {
     pub from: DVec3,
     pub to: DVec3,
     pub light: [f32; 3],
@@ -45,7 +45,7 @@ pub struct Cost {
 }
 
 impl Cost {
-    pub fn words(&self) -> String {
+    pub fn in_words(&self) -> String {
         match &self.taken {
             Ok((ms, bytes)) => format!("{}: {ms:.1} ms, {:.0} MiB", self.value, mib(*bytes)),
             Err(why) => format!("{}: {why}", self.value),
@@ -81,11 +81,11 @@ pub fn inspected(renderer: &Renderer) -> Inspected<'_> {
 }
 
 /// The rays in the world.
-pub fn rays(found: &[InspectedRay], renderer: &Renderer) -> Vec<Ray> {
+pub fn rays(found: &[InspectedRay], renderer: &Renderer) -> Vec<GatherRay> {
     let (scene, frame) = (renderer.scene(), renderer.frame());
     let grid = &frame.ground.desc.grid;
     let world = |voxels: [f32; 3]| grid.corner + DVec3::from(voxels.map(f64::from)) * grid.voxel_m;
-    let ray = |ray: &InspectedRay| Ray {
+    let ray = |ray: &InspectedRay| GatherRay {
         from: world(ray.from),
         to: world(ray.to),
         light: ray.light.map(|c| c / frame.scale),

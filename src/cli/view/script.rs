@@ -262,7 +262,8 @@ impl App {
             // Swapchains, how long answers took, and what was asked.
             "say" => {
                 let made = shown.screen.made;
-                let error = self.compared.as_ref().map_or(String::new(), |compared| format!("; {}", compared.words()));
+                let error =
+                    self.compared.as_ref().map_or(String::new(), |compared| format!("; {}", compared.in_words()));
                 let (unfinished, answers) = (self.script.unfinished, self.script.answers());
                 for ray in &self.panel.rays {
                     say!("ray {} {} {:?} {}", ray.from, ray.to, ray.light, ray.met);

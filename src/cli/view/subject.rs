@@ -27,7 +27,7 @@ impl Subject {
     pub fn new(args: SceneArgs, typed: Vec<String>, opened: Staged, run: &RunArgs) -> Self {
         let options = run_options(&opened, run);
         let Staged { scene, shot, .. } = opened;
-        let framing = Eye::of(&View::framing(options.bounds), 1.0);
+        let framing = Eye::of_view(&View::framing(options.bounds), 1.0);
         let distance = (options.bounds.center() - framing.eye).length();
         let framing = Eye { target: framing.eye + (framing.target - framing.eye) * distance, ..framing };
         let diagonal_m = options.bounds.size().length().max(1e-3);

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use twobounce::memory::mib;
 use twobounce::vk::ZoneTiming;
 
-use super::job::Frame;
+use super::job::ShownFrame;
 use crate::cli::progress::course::IMAGE_PASSES;
 
 /// Frames in the graph.
@@ -13,7 +13,7 @@ const FRAMES: usize = 160;
 /// Of the graph, points.
 const HEIGHT: f32 = 60.0;
 /// Passes that make lists, whatever the method; what is neither these nor the image is light.
-const LIST_PASSES: [&str; 8] = ["reset", "deform", "record", "tree", "voxelise", "cells", "alike", "split"];
+const LIST_PASSES: [&str; 8] = ["reset", "deform", "record", "tree", "voxelise", "cells", "group", "split"];
 const GROUPS: [(&str, egui::Color32); 3] = [
     ("lists", egui::Color32::from_rgb(90, 130, 220)),
     ("light", egui::Color32::from_rgb(230, 170, 60)),
@@ -40,7 +40,7 @@ fn sum<'a>(zones: impl IntoIterator<Item = &'a ZoneTiming>) -> f64 {
 
 impl History {
     /// A frame was made.
-    pub fn add(&mut self, frame: &Frame) {
+    pub fn add(&mut self, frame: &ShownFrame) {
         if self.frames.len() == FRAMES {
             self.frames.pop_front();
         }
@@ -73,7 +73,7 @@ impl History {
 }
 
 /// The graph, the passes, and what the frame counted.
-pub fn show(ui: &mut egui::Ui, frame: &Frame, history: &History) {
+pub fn show(ui: &mut egui::Ui, frame: &ShownFrame, history: &History) {
     history.show(ui);
     let timings = &frame.report.timings;
     let all = sum(&timings.zones).max(1e-9);

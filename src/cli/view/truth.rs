@@ -12,7 +12,7 @@ use twobounce::reference::{Control, Depth, Options, Stop, render};
 use twobounce::scene::{Scene, Still};
 use winit::event_loop::EventLoopProxy;
 
-use super::job::{Frame, News};
+use super::job::{News, ShownFrame};
 use super::maker::encode;
 use super::screen::Picture;
 use crate::cli::threads;
@@ -41,9 +41,9 @@ impl Truth {
     ///
     /// # Errors
     /// One sentence where the system allows no thread.
-    pub fn begin(scene: Arc<Scene>, frame: &Frame, news: EventLoopProxy<News>) -> twobounce::Result<Self> {
+    pub fn begin(scene: Arc<Scene>, frame: &ShownFrame, news: EventLoopProxy<News>) -> twobounce::Result<Self> {
         let cancel = Arc::<AtomicBool>::default();
-        let Frame { job, image, .. } = frame;
+        let ShownFrame { job, image, .. } = frame;
         let truth = Self { revision: job.revision, cancel: cancel.clone() };
         let (pose, view, image) = (job.pose.clone(), job.view, image.clone());
         threads::spawn(move || {
@@ -76,7 +76,7 @@ impl Drop for Truth {
 
 impl Compared {
     /// The image at `fade` 0, the reference at 1, FLIP per pixel at 2 (white is 1), and between them in between.
-    pub fn picture(&self, frame: &Frame, fade: f32) -> Picture {
+    pub fn picture(&self, frame: &ShownFrame, fade: f32) -> Picture {
         let reference = encode(&self.reference, Aov::Beauty, frame.display);
         let flip = &self.comparison.flip_map;
         let mixed = frame.picture.rgba.iter().zip(&reference).enumerate().map(|(at, (&image, &reference))| {
@@ -93,7 +93,7 @@ impl Compared {
     }
 
     /// The numbers, for the panel.
-    pub fn words(&self) -> String {
+    pub fn in_words(&self) -> String {
         let total = &self.comparison.total;
         let noise = if self.noise.is_finite() { format!(", noise {:.1} %", 100.0 * self.noise) } else { String::new() };
         format!(

@@ -6,7 +6,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use twobounce::vk::Step;
 use twobounce::{Error, Result};
 
-use super::job::{Frame, Job};
+use super::job::{Job, ShownFrame};
 use super::maker::Makers;
 use super::question::Question;
 use crate::cli::progress::course::IMAGE_PASSES;
@@ -31,7 +31,7 @@ pub struct State {
     pub job: Option<Job>,
     /// Of a job by its revision: the newest frame, or why there is none. A window that is slow to take frames misses
     /// those before.
-    pub frame: Option<(u64, std::result::Result<Frame, String>)>,
+    pub frame: Option<(u64, std::result::Result<ShownFrame, String>)>,
     /// Asked between frames.
     pub question: Option<Question>,
     pub step: Option<Step>,

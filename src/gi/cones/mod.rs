@@ -10,7 +10,7 @@ mod shade;
 use std::sync::Arc;
 
 use super::bounces::{BounceDesc, PerBounce};
-use super::{Gi, Maker, PassUnit, Update, Wants};
+use super::{IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cell_passes::{EmptyCells, FillDesc};
@@ -41,7 +41,7 @@ pub struct Lighting {
     constants: [Constant; 8],
 }
 
-impl Gi for Lighting {
+impl IndirectMethod for Lighting {
     fn wants(settings: &AllSettings) -> Wants {
         let own = &settings.of.cones;
         let cells = own.passes == Passes::Cells;

@@ -11,7 +11,7 @@ mod field;
 use glam::Vec3;
 
 use super::bounces::{BounceDesc, PerBounce};
-use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
+use super::{CoarseLight, IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::{Error, Result};
 use crate::ground::Ground;
 use crate::ground::cells::LIT_COUNTS;
@@ -46,7 +46,7 @@ shared! {
 }
 
 pub struct Lighting {
-    light: PerBounce<Light>,
+    light: PerBounce<LightPass>,
     inject: Compute,
     passages: Compute,
     first_step: Compute,
@@ -66,13 +66,13 @@ pub struct Lighting {
 }
 
 /// The pass that lights list items.
-struct Light {
+struct LightPass {
     pipeline: Compute,
     /// 0 or 1.
     bounce: usize,
 }
 
-impl Gi for Lighting {
+impl IndirectMethod for Lighting {
     fn wants(settings: &AllSettings) -> Wants {
         let middle = Vec3::splat(0.5 * settings.voxels as f32);
         Wants {
@@ -113,7 +113,7 @@ impl Gi for Lighting {
         let light = |BounceDesc { bounce, gathers, direct }| {
             let shader = if gathers { "gi/lpv/light.comp LOOK_UP" } else { "gi/lpv/light.comp" };
             let pipeline = compute("light", shader, &with(items.clone(), &[("DIRECT", direct.into())]))?;
-            Ok(Light { pipeline, bounce })
+            Ok(LightPass { pipeline, bounce })
         };
         let [inject, propagate] = match own.lobe {
             Lobe::Beam => ["gi/lpv/inject.comp BEAMS", "gi/lpv/propagate_beams.comp"],

@@ -10,13 +10,13 @@ pub mod constants;
 pub mod cover;
 
 use super::bounces::{BounceDesc, PerBounce};
-use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
+use super::{CoarseLight, IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cell_passes::{EmptyCells, FillCells, FillDesc, MipCells};
-use crate::ground::constants::{LIT_ALIKE, with};
+use crate::ground::constants::{LIT_GROUPED, with};
 use crate::ground::memory_plan::MemoryRow;
-use crate::ground::volume::{LightVolume, Part, VolumeKind};
+use crate::ground::volume::{LightVolume, VolumeImage, VolumeKind};
 use crate::ground::voxelise::samples_per_pixel;
 use crate::settings::Settings as AllSettings;
 use crate::vk::{Bind, Constant, Image, Recorder, SamplerAddressMode};
@@ -37,9 +37,9 @@ pub const PHOTON_VOLUME: VolumeKind = VolumeKind {
     labels: ["first bounce's", "second bounce's"],
     rows: ["first bounce's photons", "second bounce's photons"],
     parts: &[
-        Part { label: "photons", across: 4, looked_up: "photons", below: "map_below", stored: "photon_map" },
-        Part { label: "opacity forth", across: 1, looked_up: "met_forth", below: "forth_below", stored: "opacity_forth" },
-        Part { label: "opacity back", across: 1, looked_up: "met_back", below: "back_below", stored: "opacity_back" },
+        VolumeImage { label: "photons", across: 4, looked_up: "photons", below: "map_below", stored: "photon_map" },
+        VolumeImage { label: "opacity forth", across: 1, looked_up: "met_forth", below: "forth_below", stored: "opacity_forth" },
+        VolumeImage { label: "opacity back", across: 1, looked_up: "met_back", below: "back_below", stored: "opacity_back" },
     ],
     coarse: 0,
     drawn: false,
@@ -57,7 +57,7 @@ pub struct Lighting {
     constants: Vec<Constant>,
 }
 
-impl Gi for Lighting {
+impl IndirectMethod for Lighting {
     fn wants(settings: &AllSettings) -> Wants {
         let own = &settings.of.photons;
         Wants {
@@ -66,7 +66,7 @@ impl Gi for Lighting {
             cells: true,
             last_cells: true,
             lit_items: true,
-            alike: true,
+            grouped: true,
             item_samples: true,
             lobe_words: 4,
             kept_direct_light: settings.bounces.stored() > 1,
@@ -89,7 +89,7 @@ impl Gi for Lighting {
             ("DIFFUSE_CONES", own.bounce.into()),
             ("SAMPLES", samples.into()),
             ("LAMP_POINTS", settings.lights.voxel_lamp_points.into()),
-            ("LIT", LIT_ALIKE.into()),
+            ("LIT", LIT_GROUPED.into()),
         ];
         let voxels = with(voxels, &of_items);
         let shade = |BounceDesc { bounce, gathers, direct }| {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 
 use crate::Result;
-use crate::gi::Gi;
+use crate::gi::IndirectMethod;
 use crate::ground::Ground;
 use crate::ground::constants::{constants, with};
 use crate::settings::Settings;
@@ -22,7 +22,7 @@ const RAYS: u32 = 64;
 #[derive(Clone, Copy)]
 pub struct Inspected<'a> {
     pub ground: &'a Ground,
-    pub method: &'a dyn Gi,
+    pub method: &'a dyn IndirectMethod,
 }
 
 /// Of a frame of this method.

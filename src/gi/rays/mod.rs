@@ -9,11 +9,11 @@
 pub mod inspect;
 
 use super::bounces::{BounceDesc, PerBounce};
-use super::{CoarseLight, Gi, Maker, OnDemand, PassUnit, Update, Wants};
+use super::{CoarseLight, IndirectMethod, Maker, OnDemand, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cells::{LIT_COUNTS, SECOND_COUNTS};
-use crate::ground::constants::{DIRECT_READ, LIT_ALIKE, constants, with};
+use crate::ground::constants::{DIRECT_READ, LIT_GROUPED, constants, with};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, Settings as AllSettings};
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Recorder, ZoneKind};
@@ -50,7 +50,7 @@ struct Feedback {
     sums: Buffer,
 }
 
-impl Gi for Lighting {
+impl IndirectMethod for Lighting {
     fn wants(settings: &AllSettings) -> Wants {
         let all = settings.bounces == Bounces::All;
         Wants {
@@ -60,7 +60,7 @@ impl Gi for Lighting {
             nested: true,
             lit_items: true,
             indexed: true,
-            alike: true,
+            grouped: true,
             split: true,
             demand: !all,
             lobe_words: 2,
@@ -85,7 +85,7 @@ impl Gi for Lighting {
         let of_items = [
             ("DIFFUSE_RAYS", own.bounce.into()),
             ("LAMP_POINTS", settings.lights.voxel_lamp_points.into()),
-            ("LIT", LIT_ALIKE.into()),
+            ("LIT", LIT_GROUPED.into()),
         ];
         let items = with(with(constants(settings, features), &look_up), &of_items);
         let compute = |label, shader, constants: &[_]| Compute::new(context, &ComputeDesc { label, shader, constants });

@@ -38,12 +38,12 @@ const WIDER: u32 = 2;
 
 /// Rows of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rows {
+pub struct RowRange {
     pub first: u32,
     pub count: u32,
 }
 
-impl Rows {
+impl RowRange {
     /// Push constants of passes that take some rows.
     pub fn push(self) -> RowsPush {
         RowsPush { first: self.first, end: self.first + self.count }
@@ -87,10 +87,10 @@ impl GatherShape {
     }
 
     /// Gathered rows for some rows of the image.
-    fn rows(&self, shape: &ImageShape, own: Rows) -> Rows {
+    fn rows(&self, shape: &ImageShape, own: RowRange) -> RowRange {
         let first = (own.first / self.scale).saturating_sub(self.margin);
         let end = ((own.first + own.count).div_ceil(self.scale) + self.margin).min(self.size(shape).1);
-        Rows { first, count: end - first }
+        RowRange { first, count: end - first }
     }
 
     fn most_rows(&self, shape: &ImageShape) -> u32 {
@@ -98,12 +98,12 @@ impl GatherShape {
     }
 
     /// Rows of the image that are seen for some of its rows: these, and those at which others are gathered for them.
-    pub fn seen(&self, shape: &ImageShape, own: Rows) -> Rows {
+    pub fn seen(&self, shape: &ImageShape, own: RowRange) -> RowRange {
         let (gathered, of) = (self.rows(shape, own), u64::from(self.size(shape).1));
         let row = |gathered: u32| u64::from(gathered) * u64::from(shape.height);
         let first = ((row(gathered.first) / of) as u32).min(own.first);
         let end = (row(gathered.first + gathered.count).div_ceil(of) as u32).max(own.first + own.count);
-        Rows { first, count: end - first }
+        RowRange { first, count: end - first }
     }
 
     /// How many rows more are seen than there are, at most: a gathered pixel may be a row smaller than the scale.
@@ -243,8 +243,8 @@ impl Gather {
         r.full_barrier();
     }
 
-    fn rows(&self, of: &BandFrame) -> Rows {
-        self.of.rows(of.shape(), Rows { first: of.band.first_row, count: of.band.rows })
+    fn rows(&self, of: &BandFrame) -> RowRange {
+        self.of.rows(of.shape(), RowRange { first: of.band.first_row, count: of.band.rows })
     }
 
     /// Images that the passes read which shade such surfaces.

@@ -31,7 +31,7 @@ pub struct GivenSurfaces<'a> {
     pub have_material: bool,
 }
 
-/// Bytes of what [`GivenPass::new`] makes.
+/// Bytes of what [`IndirectMethodvenPass::new`] makes.
 pub fn plan((width, height): (u32, u32)) -> MemoryRow {
     ("given surfaces and their light", u64::from(width) * u64::from(height) * 16 * NAMES.len() as u64)
 }
@@ -67,7 +67,7 @@ impl GivenPass {
         &self.images[if direct { INPUTS } else { INPUTS + 1 }]
     }
 
-    /// `look_up`: what the method's look-up binds. `have_material`: see [`GivenSurfaces`].
+    /// `look_up`: what the method's look-up binds. `have_material`: see [`IndirectMethodvenSurfaces`].
     pub fn record(&self, r: &mut Recorder, ground: &Ground, look_up: &[Bind<'_>], have_material: bool) {
         let texels = &ground.scene.texel_sampler;
         let mut binds = ground.image_binds();

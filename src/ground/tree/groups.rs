@@ -9,7 +9,7 @@ use std::sync::{Arc, OnceLock};
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::links::{Corners, Links, MOST_IN_LEAF, Node, WORDS, bounds, moved, primitives, union};
+use super::links::{Corners, LinkedNode, Links, MOST_IN_LEAF, WORDS, bounds, moved, primitives, union};
 use crate::scene::Scene;
 
 /// Triangles of a part, at most. A sheet of ten million builds in 1/4 of the time that one tree over all of them takes.
@@ -29,7 +29,7 @@ pub struct SceneTrees {
     groups: Vec<Group>,
     /// Level by level over all groups, the roots first. They stand behind the tree over the groups and a node per group
     /// to which ways out of it lead.
-    pub nodes: Vec<Node>,
+    pub nodes: Vec<LinkedNode>,
     /// Of these, counted from the first.
     pub levels: Vec<Range<usize>>,
     /// Triangles in the order of the leaves: their sources.
@@ -86,7 +86,7 @@ impl TreesOnce {
     }
 
     /// Of `scene`, always the same one.
-    pub fn of(&self, scene: &Scene) -> Arc<SceneTrees> {
+    pub fn of_scene(&self, scene: &Scene) -> Arc<SceneTrees> {
         self.made.get_or_init(|| Arc::new(SceneTrees::new(scene, &self.world_from_instance))).clone()
     }
 }
@@ -202,7 +202,7 @@ impl SceneTrees {
 }
 
 pub struct Top {
-    pub nodes: Vec<Node>,
+    pub nodes: Vec<LinkedNode>,
     pub levels: Vec<Range<usize>>,
 }
 

@@ -24,25 +24,25 @@ pub const NEXT: usize = 1;
 pub const MOST_IN_LEAF: u32 = 2;
 const LEAF: u32 = 3;
 
-pub type Node = [u32; WORDS];
+pub type LinkedNode = [u32; WORDS];
 
 /// A box: its least and its greatest corner.
 pub type Corners = [DVec3; 2];
 
 /// Range of primitives that a leaf holds; `None` for an inner node.
-pub fn primitives(node: &Node) -> Option<Range<usize>> {
+pub fn primitives(node: &LinkedNode) -> Option<Range<usize>> {
     let first = (node[0] >> 3) as usize;
     (node[0] & 3 == LEAF).then_some(first..first + (node[0] >> 2 & 1) as usize + 1)
 }
 
 /// Where the left child of an inner node stands, the right one follows; none of a leaf.
-pub fn left_child(node: &Node) -> Option<usize> {
+pub fn left_child(node: &LinkedNode) -> Option<usize> {
     (node[0] & 3 != LEAF).then(|| (node[0] >> 2) as usize - 1)
 }
 
 /// The node as it is in a larger tree. `place`: where its children stand there; `end`: what comes after this tree,
 /// 1-based; `primitives`: where the first of all leaves' primitives stand.
-pub fn moved(node: &Node, place: impl Fn(usize) -> usize, end: u32, primitives: usize) -> Node {
+pub fn moved(node: &LinkedNode, place: impl Fn(usize) -> usize, end: u32, primitives: usize) -> LinkedNode {
     let first = match left_child(node) {
         Some(child) => (place(child) as u32 + 1) << 2 | node[0] & 3,
         None => node[0] + ((primitives as u32) << 3),
@@ -55,7 +55,7 @@ pub fn moved(node: &Node, place: impl Fn(usize) -> usize, end: u32, primitives: 
 #[derive(Clone, Debug, Default)]
 pub struct Links {
     /// Level by level from the root on, children side by side.
-    pub nodes: Vec<Node>,
+    pub nodes: Vec<LinkedNode>,
     pub levels: Vec<Range<usize>>,
     /// The boxes in the order of the leaves.
     pub primitives: Vec<u32>,
@@ -73,10 +73,10 @@ impl Links {
         break_ties(&mut boxes);
         let params =
             BvhBuildParams { max_prims_per_leaf: most, reinsertion_batch_ratio: 0.2, ..BvhBuildParams::medium_build() };
-        Self::of(&build_bvh2(&boxes, params, &mut Duration::default()))
+        Self::of_tree(&build_bvh2(&boxes, params, &mut Duration::default()))
     }
 
-    fn of(tree: &Bvh2) -> Self {
+    fn of_tree(tree: &Bvh2) -> Self {
         let mut links = Self { nodes: vec![[0; WORDS]], ..Self::default() };
         let mut level = vec![0];
         while !level.is_empty() {

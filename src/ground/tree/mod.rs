@@ -38,11 +38,11 @@ pub struct Tree {
     pub links: Buffer,
     /// Per node.
     pub boxes: Buffer,
-    maker: Maker,
+    maker: BoxMaker,
 }
 
 /// The part that puts boxes about the triangles.
-enum Maker {
+enum BoxMaker {
     /// Nothing: there are no rays.
     None,
     Passes(Arc<SceneTrees>, Compute),
@@ -68,7 +68,7 @@ impl Tree {
         let mut tree = Self {
             links: Buffer::new(context, "tree links", links, BufferKind::Device)?,
             boxes: Buffer::new(context, "tree boxes", boxes, BufferKind::Device)?,
-            maker: Maker::None,
+            maker: BoxMaker::None,
         };
         if let Some(trees) = trees {
             let mut words = vec![0; WORDS * size.before()];
@@ -78,7 +78,7 @@ impl Tree {
             // Ways out are never met, nor is the only node of a tree without triangles.
             upload_into(context, &tree.boxes, &vec![EMPTY_BOX; size.before()])?;
             let boxes = ComputeDesc { label: "tree", shader: "ground/tree_boxes.comp", constants };
-            tree.maker = Maker::Passes(trees, Compute::new(context, &boxes)?);
+            tree.maker = BoxMaker::Passes(trees, Compute::new(context, &boxes)?);
         }
         Ok(tree)
     }
@@ -87,7 +87,7 @@ impl Tree {
     pub fn queried(context: &Arc<Context>, constants: &[Constant], of: &Scene, scene: &SceneOnGpu) -> Result<Self> {
         let links = queries::links(&scene.draws);
         Ok(Self {
-            maker: Maker::Driver(Queries::new(context, constants, of, &links)?),
+            maker: BoxMaker::Driver(Queries::new(context, constants, of, &links)?),
             links: upload(context, "tree links", &links)?,
             boxes: Buffer::new(context, "tree boxes", 0, BufferKind::Device)?,
         })
@@ -95,9 +95,9 @@ impl Tree {
 
     pub fn record(&self, recorder: &mut Recorder, ground: &Ground, pose: &Pose) {
         let (trees, boxes) = match &self.maker {
-            Maker::None => return,
-            Maker::Passes(trees, boxes) => (trees, boxes),
-            Maker::Driver(queries) => {
+            BoxMaker::None => return,
+            BoxMaker::Passes(trees, boxes) => (trees, boxes),
+            BoxMaker::Driver(queries) => {
                 let binds = [Bind::buffer("slots", &ground.slots), Bind::buffer("tree_links", &self.links)];
                 return recorder.zone("tree", ZoneKind::Compute, queries.bytes(), |r| {
                     queries.record(r, &ground.triangles, &binds);
@@ -124,7 +124,7 @@ impl Tree {
     /// The resources that rays read.
     pub fn binds(&self) -> Vec<Bind<'_>> {
         let mut binds = vec![Bind::buffer("tree_links", &self.links), Bind::buffer("tree_boxes", &self.boxes)];
-        if let Maker::Driver(queries) = &self.maker {
+        if let BoxMaker::Driver(queries) = &self.maker {
             binds.push(queries.bind());
         }
         binds

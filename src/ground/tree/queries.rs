@@ -10,8 +10,8 @@ use super::super::{layout, over_threads};
 use crate::scene::Scene;
 use crate::settings::{Settings, Tracer};
 use crate::vk::{
-    Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Context, Corners, Recorder, Structure, StructureDesc,
-    StructureSize,
+    Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Context, Recorder, Structure, StructureDesc,
+    StructureSize, TriangleCorners,
 };
 use crate::{Error, Result};
 
@@ -32,7 +32,7 @@ impl QueryPlan {
     ///
     /// # Errors
     /// The settings ask for queries, and the device has none.
-    pub fn of(context: &Context, scene: &Scene, settings: &Settings) -> Result<Option<Self>> {
+    pub fn of_scene(context: &Context, scene: &Scene, settings: &Settings) -> Result<Option<Self>> {
         let (tracer, there) = (settings.of.rays.tracer, context.has_ray_queries());
         if tracer == Tracer::Query && !there {
             return Err(Error::Device(format!(
@@ -115,7 +115,7 @@ impl Queries {
             r.dispatch(&self.namer, &binds, &(opaque + translucent), over_threads(opaque + translucent, GROUP));
             r.full_barrier(); // it is built of the corners
         }
-        r.build(&self.structure, &Corners { indices: &self.corners, positions: triangles });
+        r.build(&self.structure, &TriangleCorners { indices: &self.corners, positions: triangles });
     }
 
     pub fn bind(&self) -> Bind<'_> {

@@ -135,7 +135,7 @@ fn headers(file: &mut (impl Read + Seek)) -> std::result::Result<Headers, String
 }
 
 /// One part of a file, and what its header says.
-struct Part {
+struct FilePart {
     size: Vec2<usize>,
     /// By name: a sample for each pixel, unless the part stores fewer.
     channels: Vec<(String, FlatSamples)>,
@@ -143,7 +143,7 @@ struct Part {
     chromaticities: Chromaticities,
 }
 
-impl Part {
+impl FilePart {
     fn new(header: &Header, channels: Vec<(String, FlatSamples)>) -> Self {
         let attributes = header.shared_attributes.other.iter().chain(&header.own_attributes.other);
         let attributes = attributes.map(|(name, value)| (name.clone(), value.clone())).collect();
@@ -202,7 +202,7 @@ fn decode_from(
         let reading = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().all_layers();
         let mut image = reading.all_attributes().from_buffered(file).map_err(|e| unreadable(&e))?;
         let channels = image.layer_data.swap_remove(index).channel_data.list;
-        Part::new(&headers[index], channels.into_iter().map(|c| (c.name.to_string(), c.sample_data)).collect())
+        FilePart::new(&headers[index], channels.into_iter().map(|c| (c.name.to_string(), c.sample_data)).collect())
     };
     let to_rec_709 = part.chromaticities.rec_709_from_rgb().unwrap_or(DMat3::IDENTITY);
     let mut layers = Vec::new();

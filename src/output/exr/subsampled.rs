@@ -12,7 +12,7 @@ use exr::meta::attribute::{ChannelDescription, IntegerBounds, SampleType};
 use exr::meta::header::Header;
 use exr::prelude::{FlatSamples, f16};
 
-use super::Part;
+use super::FilePart;
 
 /// Pixels for which a sample is stored: blocks of several lines then have a whole number of samples.
 const SAMPLINGS: [usize; 3] = [1, 2, 4];
@@ -24,7 +24,7 @@ pub fn is_subsampled(header: &Header) -> bool {
 
 /// Reads the part number `index` of a file that stands at its tables of offsets. Channels get a sample for each pixel,
 /// linear between those that are stored.
-pub fn read(mut file: impl Read + Seek, headers: &[Header], index: usize) -> Result<Part> {
+pub fn read(mut file: impl Read + Seek, headers: &[Header], index: usize) -> Result<FilePart> {
     let header = &headers[index];
     let (size, channels) = (header.layer_size, &header.channels.list);
     check(header)?;
@@ -54,7 +54,7 @@ pub fn read(mut file: impl Read + Seek, headers: &[Header], index: usize) -> Res
     let upsampled = |(plane, channel): (Vec<f32>, &ChannelDescription)| {
         (channel.name.to_string(), FlatSamples::F32(upsampled(&plane, channel.sampling, size)))
     };
-    Ok(Part::new(header, planes.into_iter().zip(channels).map(upsampled).collect()))
+    Ok(FilePart::new(header, planes.into_iter().zip(channels).map(upsampled).collect()))
 }
 
 /// Refuses what has no whole number of samples, and compressions that the crate takes for others' blocks.

@@ -17,11 +17,11 @@ use crate::output::file::is_standard;
 /// The two parts of a file: its JSON and, in a `.glb`, the binary chunk.
 pub struct Container {
     pub json: Vec<u8>,
-    pub binary: Option<Part>,
+    pub binary: Option<Section>,
 }
 
 /// A part of a file that is read when it is known how much of it is used.
-pub struct Part {
+pub struct Section {
     /// At the part's first byte.
     file: Box<dyn Content>,
     pub bytes: u64,
@@ -50,7 +50,7 @@ pub fn read(path: &Path, need: &mut Need) -> Result<Container, Error> {
     }
     let length = length_of(path).map_err(problem)?.ok_or_else(|| problem("does not exist; check the path".into()))?;
     let file = File::open(path).map_err(failed)?;
-    parts(path, Part { file: Box::new(file), bytes: length }, need)
+    parts(path, Section { file: Box::new(file), bytes: length }, need)
 }
 
 /// Standard input, whose length is not known before its end: no more than fits into memory is read.
@@ -74,17 +74,17 @@ fn standard_input(path: &Path, need: &mut Need) -> Result<Container, Error> {
 pub fn held(path: &Path, bytes: Vec<u8>, need: &mut Need) -> Result<Container, Error> {
     let length = bytes.len() as u64;
     need.add(Kind::Bytes, length, 1);
-    parts(path, Part { file: Box::new(Cursor::new(bytes)), bytes: length }, need)
+    parts(path, Section { file: Box::new(Cursor::new(bytes)), bytes: length }, need)
 }
 
-fn parts(path: &Path, whole: Part, need: &mut Need) -> Result<Container, Error> {
-    let Part { mut file, bytes: length } = whole;
+fn parts(path: &Path, whole: Section, need: &mut Need) -> Result<Container, Error> {
+    let Section { mut file, bytes: length } = whole;
     let problem = |problem| Error::file(path, problem);
     let failed = |e: std::io::Error| problem(unreadable(&e));
     let mut start = Vec::new();
     (&mut file).take(HEADER as u64).read_to_end(&mut start).map_err(failed)?;
     if start.starts_with(MAGIC) {
-        return split_glb(path, &start, Part { file, bytes: length }, need);
+        return split_glb(path, &start, Section { file, bytes: length }, need);
     }
     let no_gltf = || problem("is neither glTF JSON nor a binary .glb; export the scene as glTF 2.0".into());
     // A file of another format is not read to its end.
@@ -141,8 +141,8 @@ fn unreadable(e: &std::io::Error) -> Problem {
     format!("cannot be read ({e}); check its permissions")
 }
 
-fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<Container, Error> {
-    let Part { mut file, bytes: on_disk } = part;
+fn split_glb(path: &Path, start: &[u8], part: Section, need: &mut Need) -> Result<Container, Error> {
+    let Section { mut file, bytes: on_disk } = part;
     let word = |at: usize| -> Option<u32> { Some(u32::from_le_bytes(start.get(at..at + 4)?.try_into().ok()?)) };
     let truncated = |what: &str| Error::file(path, format!("is truncated: {what}; copy or export the file again"));
     let failed = |e: std::io::Error| Error::file(path, unreadable(&e));
@@ -181,7 +181,7 @@ fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<C
             }
             (None, _) => break,
             (Some(_), b"BIN\0") => {
-                return Ok(Container { json: json.unwrap_or_default(), binary: Some(Part { file, bytes: size }) });
+                return Ok(Container { json: json.unwrap_or_default(), binary: Some(Section { file, bytes: size }) });
             }
             _ if size > left => break,
             _ => drop(file.seek_relative(size as i64).map_err(failed)?),
@@ -194,22 +194,22 @@ fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<C
 
 /// The bytes of a buffer or an image. Files are opened when they are read: a scene may have more than a process may
 /// open.
-pub enum Source {
+pub enum ByteSource {
     File {
         path: PathBuf,
         /// For messages.
         name: String,
         bytes: u64,
     },
-    Chunk(Part),
+    Chunk(Section),
     /// In the URI itself.
     Inline(Vec<u8>),
 }
 
-impl Source {
+impl ByteSource {
     pub fn bytes(&self) -> u64 {
         match self {
-            Self::File { bytes, .. } | Self::Chunk(Part { bytes, .. }) => *bytes,
+            Self::File { bytes, .. } | Self::Chunk(Section { bytes, .. }) => *bytes,
             Self::Inline(bytes) => bytes.len() as u64,
         }
     }
@@ -286,7 +286,7 @@ pub fn inline(uri: &str) -> Option<&str> {
 
 /// Finds what `uri` names: bytes in the URI itself, or a file of one of the folders. `what` ("buffer 3") is for
 /// messages.
-pub fn find(folders: Folders, what: &str, uri: &str) -> Result<Source, Problem> {
+pub fn find(folders: Folders, what: &str, uri: &str) -> Result<ByteSource, Problem> {
     let refuse = |problem: &str| Err(format!("{what}: {problem}"));
     if let Some(data) = inline(uri) {
         let Some((head, body)) = data.split_once(',') else {
@@ -296,7 +296,7 @@ pub fn find(folders: Folders, what: &str, uri: &str) -> Result<Source, Problem> 
         let base64 = head.contains(';') && encoding.eq_ignore_ascii_case("base64");
         let bytes = if base64 { decode_base64(body) } else { Some(percent_decode_str(body).collect()) };
         return match bytes {
-            Some(bytes) => Ok(Source::Inline(bytes)),
+            Some(bytes) => Ok(ByteSource::Inline(bytes)),
             None => refuse("its data URI is not valid base64; export the file again"),
         };
     }
@@ -330,7 +330,7 @@ pub fn find(folders: Folders, what: &str, uri: &str) -> Result<Source, Problem> 
         return refuse(&format!("\"{name}\" is a link that leads {OUTSIDE}"));
     }
     match length_of(&path) {
-        Ok(Some(bytes)) => Ok(Source::File { path, name, bytes }),
+        Ok(Some(bytes)) => Ok(ByteSource::File { path, name, bytes }),
         Ok(None) if name.starts_with('/') => refuse(&format!("\"{name}\" does not exist; put it there")),
         Ok(None) => refuse(&format!("\"{name}\" does not exist in the folder of the scene; put it there")),
         Err(problem) => refuse(&format!("\"{name}\" {problem}")),

@@ -13,7 +13,7 @@ use super::document::Document;
 use super::mesh::Source;
 use super::nodes::Tree;
 use crate::scene::Mesh;
-use crate::scene::deform::{Deform, DeformPose, Joint, Target};
+use crate::scene::deform::{Deform, DeformPose, Joint, TargetDeltas};
 
 /// The deformation that a node applies to its mesh.
 #[derive(Default)]
@@ -113,12 +113,12 @@ pub fn apply(source: &Source, applied: &Applied, mesh: &mut Mesh) -> Result<(), 
 }
 
 /// A morph target's differences of what the mesh has.
-fn read(source: &Source, target: &MorphTarget, mesh: &Mesh) -> Result<Target, Problem> {
+fn read(source: &Source, target: &MorphTarget, mesh: &Mesh) -> Result<TargetDeltas, Problem> {
     let read = |name, accessor: &Option<Index<Accessor>>, is_used: bool| match accessor {
         Some(accessor) if is_used => offsets(source, name, accessor),
         _ => Ok(Vec::new()),
     };
-    Ok(Target {
+    Ok(TargetDeltas {
         positions: read("POSITION", &target.positions, true)?,
         normals: read("NORMAL", &target.normals, !mesh.normals.is_empty())?,
         tangents: read("TANGENT", &target.tangents, !mesh.tangents.is_empty())?,

@@ -20,7 +20,7 @@ use super::webp;
 use crate::error::said;
 use crate::memory::apart;
 use crate::scene::texture::{ColorSpace, MipChain};
-use crate::scene::{Image, Material, Mip, Scene, Texture, TextureRef, Wrap};
+use crate::scene::{Material, Mip, Scene, Texture, TextureImage, TextureRef, Wrap};
 
 /// Limits of an image: its longest side in texels, and what a decoder may take, 8 bytes for every texel and what else a
 /// file holds: profiles of colours have some megabytes at most.
@@ -145,7 +145,7 @@ struct Opened<'a> {
 
 /// Reads all used images as far as their headers; `need` gets the bytes of their files.
 pub fn open<'a>(data: &Data<'a>, folders: Folders, used: Used, need: &mut Need) -> Result<Images<'a>, Problem> {
-    let found: Vec<_> = used.images.iter().map(|&(index, _)| Found::new(data, folders, index)).collect();
+    let found: Vec<_> = used.images.iter().map(|&(index, _)| LocatedImage::new(data, folders, index)).collect();
     for found in found.iter().flatten() {
         // A view's bytes are those of a buffer.
         if let Encoded::Uri(source) = &found.source {
@@ -153,7 +153,7 @@ pub fn open<'a>(data: &Data<'a>, folders: Folders, used: Used, need: &mut Need) 
         }
     }
     need.check()?;
-    let opened: Vec<_> = found.into_par_iter().map(|found| found.and_then(Found::open)).collect();
+    let opened: Vec<_> = found.into_par_iter().map(|found| found.and_then(LocatedImage::open)).collect();
     match opened.iter().find_map(|opened| opened.as_ref().err()).filter(|_| used.strict) {
         Some(problem) => Err(problem.clone()),
         None => {
@@ -164,7 +164,7 @@ pub fn open<'a>(data: &Data<'a>, folders: Folders, used: Used, need: &mut Need) 
 }
 
 /// An image whose place is known.
-struct Found<'a> {
+struct LocatedImage<'a> {
     what: String,
     name: String,
     source: Encoded<'a>,
@@ -175,7 +175,7 @@ enum Encoded<'a> {
     Uri(Source),
 }
 
-impl<'a> Found<'a> {
+impl<'a> LocatedImage<'a> {
     fn new(data: &Data<'a>, folders: Folders, index: usize) -> Result<Self, Problem> {
         let source = &data.document.images[index];
         let mut name = source.name.clone().unwrap_or_default();
@@ -397,7 +397,7 @@ impl Opened<'_> {
         reading: Reading,
         halvings: u32,
         space: ColorSpace,
-    ) -> Result<(Image, blake3::Hash, bool), Problem> {
+    ) -> Result<(TextureImage, blake3::Hash, bool), Problem> {
         let (mut image, deep) = self.texels()?;
         reading.apply(&mut image.rgba);
         if halvings > 0 {
@@ -408,11 +408,11 @@ impl Opened<'_> {
     }
 
     /// The image, and whether it has 16 bits per channel.
-    fn texels(&self) -> Result<(Image, bool), Problem> {
+    fn texels(&self) -> Result<(TextureImage, bool), Problem> {
         let (name, (width, height)) = (self.name.clone(), self.size);
         if ktx2::is_ktx2(&self.bytes) {
             let (rgba, deep) = ktx2::decode(&self.bytes).map_err(|damage| undecodable_ktx2(&self.what, damage))?;
-            return Ok((Image { name, width, height, rgba }, deep));
+            return Ok((TextureImage { name, width, height, rgba }, deep));
         }
         let decoded = reader(&self.bytes, texels_of(self.size)).and_then(ImageReader::decode);
         let decoded = decoded.map_err(|e| undecodable(&self.what, &e))?;
@@ -424,7 +424,7 @@ impl Opened<'_> {
             DynamicImage::ImageRgb8(rgb) => opaque(rgb.as_raw()),
             other => other.into_rgba8().into_raw(),
         };
-        Ok((Image { name, width, height, rgba }, deep))
+        Ok((TextureImage { name, width, height, rgba }, deep))
     }
 }
 

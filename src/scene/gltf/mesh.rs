@@ -17,7 +17,7 @@ use crate::scene::{Material, Mesh};
 const ROUNDING: f32 = 1e-4;
 
 /// A primitive of the document.
-pub struct Source<'a> {
+pub struct SourcePrimitive<'a> {
     pub data: &'a Data<'a>,
     pub primitive: &'a Primitive,
     /// "mesh 3 primitive 0", for messages.
@@ -45,7 +45,7 @@ pub fn load(
     }
     let unpacked = draco::unpack(data, primitive, &what)?;
     let data = &Data { unpacked: unpacked.as_ref(), ..*data };
-    let mut source = Source { data, primitive, what, count: 0 };
+    let mut source = SourcePrimitive { data, primitive, what, count: 0 };
     let Some(position) = source.accessor(Semantic::Positions) else {
         source.warn("has no positions and was left out");
         return Ok(None);
@@ -62,7 +62,7 @@ pub fn load(
     let picked = vertices.as_ref().map(|vertices| Picked { vertices, of: source.count });
     let data = &Data { picked, ..*data };
     let count = vertices.as_ref().map_or(source.count, Vec::len);
-    let source = Source { data, count, ..source };
+    let source = SourcePrimitive { data, count, ..source };
     let positions: Vec<Vec3> = data.floats::<3>(position, None)?.into_iter().map(Vec3::from).collect();
     let tangent_uvs = materials[material].tangent_uvs();
     let [first_uvs, second_uvs] = data.uv_sets[material];
@@ -110,7 +110,7 @@ fn check_positions(what: &str, positions: &[Vec3]) -> Result<(), Problem> {
     Ok(())
 }
 
-impl Source<'_> {
+impl SourcePrimitive<'_> {
     /// The accessor of an attribute.
     pub fn accessor(&self, semantic: Semantic) -> Option<usize> {
         self.primitive.attributes.get(&Valid(semantic)).map(|a| a.value())

@@ -275,7 +275,7 @@ fn changes_looks_alone(name: &str) -> bool {
 fn load_buffers(
     document: &Document,
     folders: Folders,
-    mut binary: Option<container::Part>,
+    mut binary: Option<container::Section>,
     need: &mut Need,
 ) -> Result<Vec<Option<Vec<u8>>>, Problem> {
     let what = |index: usize| format!("buffer {index}");
@@ -323,7 +323,7 @@ fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Sce
     for (index, places) in places {
         let node = &document.nodes[index];
         let Some(mesh_index) = node.mesh else { continue };
-        places.clone().try_for_each(|place| check_near(index, &world.of(place)))?;
+        places.clone().try_for_each(|place| check_near(index, &world.of_node(place)))?;
         document.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index))?;
         let morphs = morphed.contains(&index) && deform::targets(data, index) > 0;
         let own = node.skin.is_some() || node.weights.is_some() || morphs;

@@ -100,7 +100,7 @@ impl Need {
     pub fn check(&self) -> Result<(), Problem> {
         let total = self.sums.iter().fold(0u64, |sum, (_, bytes)| sum.saturating_add(*bytes));
         let most = (0..KINDS.len()).max_by_key(|&kind| self.sums[kind].1).unwrap_or_default();
-        let (count, (name, remedy)) = (words(self.sums[most].0), KINDS[most]);
+        let (count, (name, remedy)) = (count_in_words(self.sums[most].0), KINDS[most]);
         if total > self.limit.bytes {
             let [total, _] = apart([total, self.limit.bytes]);
             let limit = &self.limit.words;
@@ -109,14 +109,14 @@ impl Need {
             ));
         }
         if self.unbacked > instancing::UNBACKED_MAX {
-            let (count, most) = (words(self.unbacked), instancing::UNBACKED_MAX);
+            let (count, most) = (count_in_words(self.unbacked), instancing::UNBACKED_MAX);
             return Err(format!(
                 "has {count} instances of meshes without data, which all stand at one place, more than the {most} that are read: export it again"
             ));
         }
         let triangles = self.sums[Kind::Triangles as usize].0;
         if triangles > TRIANGLES_MAX {
-            let (count, limit) = (words(triangles), words(TRIANGLES_MAX));
+            let (count, limit) = (count_in_words(triangles), count_in_words(TRIANGLES_MAX));
             let (name, remedy) = KINDS[Kind::Triangles as usize];
             return Err(format!("has {count} {name}, more than the {limit} that can be counted: {remedy}"));
         }
@@ -286,7 +286,7 @@ fn elements(document: &Document, accessor: usize) -> u64 {
 }
 
 /// A count in at most five digits and words.
-fn words(count: u64) -> String {
+fn count_in_words(count: u64) -> String {
     match count {
         0..100_000 => count.to_string(),
         100_000..100_000_000_000 => format!("{:.1} million", count as f64 / 1e6),

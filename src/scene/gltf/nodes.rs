@@ -17,7 +17,7 @@ use crate::scene::{Camera, Light, LightKind, Node, Projection, Scene, Transform}
 pub const VISIBILITY: &str = "KHR_node_visibility";
 
 /// The order of the document's nodes in the scene.
-pub struct Tree {
+pub struct NodeOrder {
     /// Document indices, parents before children.
     order: Vec<usize>,
     parent: Vec<Option<usize>>,
@@ -25,7 +25,7 @@ pub struct Tree {
     pub slot: Vec<usize>,
 }
 
-impl Tree {
+impl NodeOrder {
     pub fn new(document: &Document) -> Result<Self, Problem> {
         let count = document.nodes.len();
         let mut parent = vec![None; count];
@@ -133,7 +133,7 @@ pub fn choose_roots(document: &Document, wanted: Option<&str>) -> Result<Vec<usi
     }
 }
 
-pub fn load_cameras(document: &Document, tree: &Tree, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
+pub fn load_cameras(document: &Document, tree: &NodeOrder, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
     for &index in shown {
         let node = &document.nodes[index];
         let Some(camera) = node.camera else { continue };
@@ -160,7 +160,7 @@ fn projection(camera: &json::Camera) -> Option<Projection> {
     valid.then_some(Projection::Orthographic { half_height, near: o.znear, far: o.zfar })
 }
 
-pub fn load_lights(document: &Document, tree: &Tree, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
+pub fn load_lights(document: &Document, tree: &NodeOrder, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
     let world = World::new(&scene.nodes, &[], scene.nodes.len());
     for &index in shown {
         let node = &document.nodes[index];
@@ -168,7 +168,7 @@ pub fn load_lights(document: &Document, tree: &Tree, shown: &[usize], scene: &mu
         let source = document.lights().get(number).ok_or_else(|| missing("light", number))?;
         let mut light = light(document, number, source)?;
         light.node = tree.slot[index];
-        check_near(index, &world.of(light.node))?;
+        check_near(index, &world.of_node(light.node))?;
         if light.name.is_empty() {
             light.name = node.name.clone();
         }

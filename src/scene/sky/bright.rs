@@ -49,9 +49,9 @@ pub fn part(texels: &Texels) -> (f32, Vec<SkyLight>) {
     if sent.max_element() < LEAST_SHARE * all.max_element() {
         return (f32::INFINITY, Vec::new());
     }
-    let mut parts = vec![Part::new(bright)];
+    let mut parts = vec![Cluster::new(bright)];
     while parts.len() < MOST_LIGHTS {
-        let power = |part: &Part| part.power / sent.element_sum() * (1.0 - part.cosine);
+        let power = |part: &Cluster| part.power / sent.element_sum() * (1.0 - part.cosine);
         let (widest, spread) = parts.iter().map(power).enumerate().fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
         if spread < EVEN || parts[widest].texels.len() < 2 {
             break;
@@ -59,7 +59,7 @@ pub fn part(texels: &Texels) -> (f32, Vec<SkyLight>) {
         let [low, high] = parts.swap_remove(widest).halves();
         parts.extend([low, high]);
     }
-    (most, parts.iter().map(Part::light).collect())
+    (most, parts.iter().map(Cluster::light).collect())
 }
 
 /// The greatest brightness that is [`BRIGHT`] times the mean of what is left below it. Where bright parts are so wide
@@ -107,7 +107,7 @@ impl Bright {
 }
 
 /// Bright texels that one light stands for.
-struct Part {
+struct Cluster {
     texels: Vec<Bright>,
     power: f64,
     /// Sum of power × direction.
@@ -116,7 +116,7 @@ struct Part {
     cosine: f64,
 }
 
-impl Part {
+impl Cluster {
     fn new(texels: Vec<Bright>) -> Self {
         let power: f64 = texels.iter().map(Bright::power).sum();
         let sum: DVec3 = texels.iter().map(|b| b.towards * b.power()).sum();

@@ -21,7 +21,7 @@ pub fn make(texels: &Texels, most: f32) -> (usize, Vec<u32>) {
     // No finer than the map.
     let levels = (2..=MOST_LEVELS).rev().find(|levels| rows(levels - 1) <= texels.height).unwrap_or(2);
     let words = (0..levels).flat_map(|level| {
-        let source = Rows::new(texels, most, FINER * rows(level));
+        let source = RowSums::new(texels, most, FINER * rows(level));
         let mean = |towards: DVec3| match level {
             0 => source.cosine_mean(towards),
             _ => source.cone_mean(towards, FRAC_PI_4 / f64::from(1 << (level - 1))),
@@ -48,14 +48,14 @@ fn rows(level: usize) -> usize {
 }
 
 /// A map as sums along its rows, from the left.
-struct Rows {
+struct RowSums {
     width: usize,
     height: usize,
     /// `width + 1` per row.
     sums: Vec<DVec3>,
 }
 
-impl Rows {
+impl RowSums {
     /// A map with so many rows: means over as many texels as lie in each of its own, or what lies between texels.
     fn new(texels: &Texels, most: f32, height: usize) -> Self {
         let width = 2 * height;

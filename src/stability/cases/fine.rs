@@ -14,7 +14,7 @@ use crate::stability::cell::Cell;
 use crate::stability::fine_scenes::{
     BORDERS, GLASS, THIN, border_room, glass, glossy_floor, paper, slope, slope_radiance, thin_screen,
 };
-use crate::stability::stage::Studio;
+use crate::stability::stage::CaseRenderer;
 
 /// The functions of the cases, by their names in `src/stability/cases.toml`.
 pub const RUNS: &[(&str, Run)] = &[
@@ -89,7 +89,7 @@ fn lobe_width(cell: &Cell) -> Result<Vec<Sample>> {
 
 /// The mean of images whose view is shifted within a pixel, so that edges seen directly or through glass are filtered
 /// as the path tracer filters them.
-fn filtered(studio: &mut Studio, place: &Place) -> Result<Pixels> {
+fn filtered(studio: &mut CaseRenderer, place: &Place) -> Result<Pixels> {
     const SIDE: u32 = 4;
     let (pose, view) = (studio.stage.pose(), studio.stage.view);
     let pixel = 2.0 * tangent(&view) / f64::from(SIZE);
@@ -110,7 +110,7 @@ fn refraction(cell: &Cell) -> Result<Vec<Sample>> {
         let stage = glass(kind, *ior);
         let truth = cell.film(&stage, &stage.pose(), Depth::Full, 0)?.layers(&[]);
         let truth = truth.beauty();
-        let mut studio = Studio::new(cell, stage)?;
+        let mut studio = CaseRenderer::new(cell, stage)?;
         let sample = |place: &Place| {
             let image = filtered(&mut studio, place)?;
             let more = vec![("energy", energy(&image, truth))];
@@ -125,7 +125,7 @@ fn edges(cell: &Cell) -> Result<Vec<Sample>> {
     of_all(&BORDERS, |kind| {
         let offset = DVec3::splat(if kind.ends_with("outside") { 0.25 } else { 0.0 });
         let place = Place { offset, degrees: 0.0 };
-        let usual = sum(Studio::new(cell, border_room(kind))?.shoot(&place)?.beauty());
+        let usual = sum(CaseRenderer::new(cell, border_room(kind))?.shoot(&place)?.beauty());
         against_truth_at(&without_margin, border_room(kind), kind, &[place], |image, _| sum(image) / usual)
     })
 }

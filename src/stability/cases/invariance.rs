@@ -9,7 +9,7 @@ use crate::scene::{LightKind, Projection, Transform};
 use crate::stability::case::{Pixels, Place, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::scenes::{BAD_TRIANGLES, room, with_bad_triangles};
-use crate::stability::stage::{Stage, Studio};
+use crate::stability::stage::{CaseRenderer, Stage};
 
 /// The functions of the cases, by their names in `src/stability/cases.toml`.
 pub const RUNS: &[(&str, Run)] = &[
@@ -35,7 +35,7 @@ const SYMMETRIES: [([usize; 3], [f64; 3], &str); 8] = [
 
 /// A number of the images under the symmetries, as if they were plain, and of the plain image.
 fn symmetry(cell: &Cell, number: impl Fn(&[[f32; 3]], &[[f32; 3]]) -> f64) -> Result<Vec<Sample>> {
-    let mut studio = Studio::new(cell, room())?;
+    let mut studio = CaseRenderer::new(cell, room())?;
     let plain = studio.shoot_at(&DAffine3::IDENTITY)?;
     let count = if cell.effort.places < SYMMETRIES.len() { 4 } else { SYMMETRIES.len() };
     let sample = |(axes, signs, words): &([usize; 3], [f64; 3], &str)| {
@@ -52,7 +52,7 @@ fn symmetry(cell: &Cell, number: impl Fn(&[[f32; 3]], &[[f32; 3]]) -> f64) -> Re
 
 /// The image of a stage on a device of its own, at a place in the grid where nothing lies on a voxel's border.
 fn image_of(cell: &Cell, stage: Stage, center: DVec3) -> Result<Pixels> {
-    let mut studio = Studio::about(cell, stage, center)?;
+    let mut studio = CaseRenderer::about(cell, stage, center)?;
     let place = Place::all(2, false)[1].world(studio.stage.voxel_m(&cell.settings));
     Ok(studio.shoot_at(&(DAffine3::from_translation(center) * place))?.beauty().to_vec())
 }
@@ -116,10 +116,10 @@ fn brightness(cell: &Cell) -> Result<Vec<Sample>> {
 
 fn bad_triangles(cell: &Cell) -> Result<Vec<Sample>> {
     let places: Vec<Place> = Place::all(cell.effort.places, false).into_iter().take(3).collect();
-    let mut plain = Studio::new(cell, room())?;
+    let mut plain = CaseRenderer::new(cell, room())?;
     let truths = places.iter().map(|place| plain.shoot(place)).collect::<Result<Vec<_>>>()?;
     of_all(&BAD_TRIANGLES, |kind| {
-        let mut bad = Studio::new(cell, with_bad_triangles(kind))?;
+        let mut bad = CaseRenderer::new(cell, with_bad_triangles(kind))?;
         let sample = |(place, truth): (&Place, &Layers)| {
             let (image, truth) = (bad.shoot(place)?, truth.beauty());
             let number = rel(image.beauty(), truth);

@@ -17,7 +17,7 @@ use crate::stability::scenes::{
     ROOM, STANDING, add_lamp, at, corridor, furnace, lit_square, mirror_room, room, room_with, sphere, standing,
     thousand_lamps,
 };
-use crate::stability::stage::Studio;
+use crate::stability::stage::CaseRenderer;
 
 /// The functions of the cases, by their names in `src/stability/cases.toml`.
 pub const RUNS: &[(&str, Run)] = &[
@@ -42,7 +42,7 @@ fn contacts(cell: &Cell) -> Result<Vec<Sample>> {
         let view = stage.view;
         let film = cell.film(&stage, &stage.pose(), same_depth(&stage.scene, &cell.settings), 0)?;
         let truth = film.layers(&[Aov::Direct]);
-        let mut studio = Studio::new(cell, stage)?;
+        let mut studio = CaseRenderer::new(cell, stage)?;
         let sample = |place: &Place| {
             let image = studio.shoot(place)?;
             let places = Shown { image: &image, view };
@@ -126,7 +126,7 @@ fn random_scenes(cell: &Cell) -> Result<Vec<Sample>> {
         let film = |seed| Ok(cell.film(&stage, &pose, depth, seed)?.layers(&[]));
         let (a, b) = (film(0)?, film(1)?);
         let on_its_grid = Cell { settings: stage.with_its_grid(&cell.settings), ..cell.clone() };
-        let image = Studio::new(&on_its_grid, stage)?.shoot(&place)?;
+        let image = CaseRenderer::new(&on_its_grid, stage)?.shoot(&place)?;
         let [image, a, b] = [&image, &a, &b].map(|layers| layers.beauty());
         let bound = random::bound(a);
         let [image_level, a_level, b_level] = [image, a, b].map(|pixels| random::level(pixels, bound));

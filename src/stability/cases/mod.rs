@@ -13,7 +13,7 @@ use serde::Deserialize;
 
 use super::case::{Case, Place, Sample};
 use super::cell::Cell;
-use super::stage::{Stage, Studio};
+use super::stage::{CaseRenderer, Stage};
 use crate::Result;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics::{self, NonFinite};
@@ -55,8 +55,12 @@ impl Case {
 }
 
 /// A sample of a stage at each of the turned places.
-fn at_places(cell: &Cell, stage: Stage, sample: impl Fn(&mut Studio, &Place) -> Result<Sample>) -> Result<Vec<Sample>> {
-    let mut studio = Studio::new(cell, stage)?;
+fn at_places(
+    cell: &Cell,
+    stage: Stage,
+    sample: impl Fn(&mut CaseRenderer, &Place) -> Result<Sample>,
+) -> Result<Vec<Sample>> {
+    let mut studio = CaseRenderer::new(cell, stage)?;
     cell.turned_places().iter().map(|place| sample(&mut studio, place)).collect()
 }
 
@@ -99,7 +103,7 @@ fn energy(image: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
 /// [`metrics::metrics`]' `rel` of an image; NaN for an image with values that are not finite, and beside a black one.
 fn rel(image: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
     match metrics::metrics(image, reference, "reference") {
-        Ok(metrics) if NonFinite::of(image).count() == 0 => metrics.rel,
+        Ok(metrics) if NonFinite::of_pixels(image).count() == 0 => metrics.rel,
         _ => f64::NAN,
     }
 }

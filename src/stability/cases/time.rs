@@ -13,7 +13,7 @@ use crate::stability::case::{Pixels, Place, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::motion::{changes, excess, mean};
 use crate::stability::scenes::{DOOR, add_lamp, at, doorway, room, room_with};
-use crate::stability::stage::{Stage, Studio};
+use crate::stability::stage::{CaseRenderer, Stage};
 
 /// The functions of the cases, by their names in `src/stability/cases.toml`.
 pub const RUNS: &[(&str, Run)] = &[
@@ -153,7 +153,7 @@ fn step(cell: &Cell, before: f32, after: f32) -> Result<Vec<Sample>> {
     let lit = |brightness: f32| {
         room_with(|scene| scene.add_light(LightKind::Point, Vec3::splat(2.0 * brightness), at(0.2, 0.6, 0.1)))
     };
-    let mut studio = Studio::new(cell, lit(after))?;
+    let mut studio = CaseRenderer::new(cell, lit(after))?;
     let sample = |place: &Place| {
         // Still light is the mean of many passes in the end, light that changes is of one: like is compared with like.
         let mut follow = |first: f32| {

@@ -14,7 +14,7 @@ use crate::stability::scenes::{
     DARK, LIT, back_side, behind, divided, doorway, fenced, on_edge, roof, two_rooms, view, views_of_roof,
     views_on_edge,
 };
-use crate::stability::stage::{Stage, Studio};
+use crate::stability::stage::{CaseRenderer, Stage};
 
 /// The functions of the cases, by their names in `src/stability/cases.toml`.
 pub const RUNS: &[(&str, Run)] = &[
@@ -69,7 +69,7 @@ fn leaks_across(cell: &Cell, stage: &Stage, views: &[View]) -> Result<Vec<Sample
             let pixels = 0..image.beauty().len();
             let is_lit = |i: usize| across(i).is_some_and(|x| x < 0.0);
             // The lamp itself may be seen: so the median.
-            let lit = Spread::of(pixels.clone().filter(|&i| is_lit(i)).map(bright));
+            let lit = Spread::of_values(pixels.clone().filter(|&i| is_lit(i)).map(bright));
             let dark = pixels.filter(|&i| across(i).is_some() && !places.about(i, 1).any(is_lit)).map(bright);
             let number = dark.fold(0.0, f64::max) / lit.median;
             Ok(Sample::new(format!("{place}, eye at {}", view.eye), number, image.beauty()))
@@ -80,7 +80,7 @@ fn leaks_across(cell: &Cell, stage: &Stage, views: &[View]) -> Result<Vec<Sample
 /// The brightest pixel of the dark room behind a shut door, over the median of the lit room's.
 fn leaks_at_a_door(cell: &Cell) -> Result<Vec<Sample>> {
     leaks_in(cell, doorway(0.0), |dark, lit| {
-        let of = |image: &Layers| Spread::of((0..image.beauty().len()).map(|i| brightest(image, i)));
+        let of = |image: &Layers| Spread::of_values((0..image.beauty().len()).map(|i| brightest(image, i)));
         of(dark).max / of(lit).median
     })
 }
@@ -118,8 +118,8 @@ pub fn against_truth_at(
     let subtract = Subtract::in_scene(&stage.scene);
     let terms_differ = !terms::changes(&cell.settings).is_empty();
     let equal = Cell { settings: terms::on_equal_terms(&cell.settings), ..cell.clone() };
-    let mut equal = terms_differ.then(|| Studio::new(&equal, stage.clone())).transpose()?;
-    let mut studio = Studio::new(cell, stage)?;
+    let mut equal = terms_differ.then(|| CaseRenderer::new(&equal, stage.clone())).transpose()?;
+    let mut studio = CaseRenderer::new(cell, stage)?;
     let sample = |place: &Place| {
         let image = studio.shoot(place)?;
         let on_equal_terms = equal.as_mut().map(|studio| studio.shoot(place)).transpose()?;

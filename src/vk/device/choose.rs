@@ -24,7 +24,7 @@ pub(in crate::vk) fn choose(instance: &Instance, wanted: Option<&str>) -> Result
         None => {
             let rank = |&i: &usize| {
                 let (_, capabilities) = &found[i];
-                (!capabilities.missing().is_empty(), DeviceKind::of(capabilities.properties.device_type))
+                (!capabilities.missing().is_empty(), DeviceKind::of_type(capabilities.properties.device_type))
             };
             (0..found.len()).min_by_key(rank).expect("the list is not empty")
         }

@@ -178,7 +178,7 @@ impl Context {
             counting: telling == Telling::Reads,
             executable_properties: (telling == Telling::Executables)
                 .then(|| ash::khr::pipeline_executable_properties::Device::new(&instance, &device)),
-            is_cpu: DeviceKind::of(capabilities.properties.device_type) == DeviceKind::Cpu,
+            is_cpu: DeviceKind::of_type(capabilities.properties.device_type) == DeviceKind::Cpu,
             loses_descriptors: capabilities.loses_descriptors,
             limits: capabilities.properties.limits,
             conservative_rasterization: enabled(ash::ext::conservative_rasterization::NAME),

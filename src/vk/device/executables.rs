@@ -50,7 +50,7 @@ impl std::fmt::Display for StatisticValue {
 }
 
 impl Executable {
-    fn of(
+    fn of_reported(
         pipeline: &str,
         properties: &vk::PipelineExecutablePropertiesKHR<'_>,
         statistics: &[vk::PipelineExecutableStatisticKHR<'_>],
@@ -59,14 +59,14 @@ impl Executable {
             pipeline: pipeline.to_owned(),
             name: text(&properties.name),
             subgroup_size: properties.subgroup_size,
-            statistics: statistics.iter().filter_map(Statistic::of).collect(),
+            statistics: statistics.iter().filter_map(Statistic::of_reported).collect(),
         }
     }
 }
 
 impl Statistic {
     /// `None` for a form of numbers that the extension does not have.
-    fn of(told: &vk::PipelineExecutableStatisticKHR<'_>) -> Option<Self> {
+    fn of_reported(told: &vk::PipelineExecutableStatisticKHR<'_>) -> Option<Self> {
         use vk::PipelineExecutableStatisticFormatKHR as Format;
         // SAFETY: the format says which field of the union the driver has written.
         let value = unsafe {
@@ -108,7 +108,7 @@ impl Context {
                 let of = vk::PipelineExecutableInfoKHR::default().pipeline(pipeline).executable_index(index as u32);
                 // SAFETY: as above, and there are so many programs.
                 let statistics = unsafe { functions.get_pipeline_executable_statistics(&of) }.map_err(error)?;
-                found.push(Executable::of(&label, properties, &statistics));
+                found.push(Executable::of_reported(&label, properties, &statistics));
             }
         }
         Ok(Some(found))
@@ -146,7 +146,7 @@ mod tests {
             told("unheard of", Format::from_raw(99), Value { u64: 1 }),
             told("Occupancy", Format::FLOAT64, Value { f64: 0.625 }),
         ];
-        let program = Executable::of("gather", &properties, &statistics);
+        let program = Executable::of_reported("gather", &properties, &statistics);
         assert_eq!((&*program.pipeline, &*program.name, program.subgroup_size), ("gather", "Compute Shader", 32));
         let rows: Vec<_> = program.statistics.iter().map(|s| (&*s.name, &*s.description, s.value)).collect();
         assert_eq!(

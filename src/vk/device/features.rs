@@ -82,7 +82,7 @@ impl Features {
     /// The features that these structures hold. A host that enables dynamic rendering and synchronisation by the
     /// structures of their extensions sets those two fields itself, and so it sets those of acceleration structures and
     /// ray queries.
-    pub fn of(
+    pub fn of_structs(
         core: &vk::PhysicalDeviceFeatures,
         vulkan12: &vk::PhysicalDeviceVulkan12Features<'_>,
         vulkan13: &vk::PhysicalDeviceVulkan13Features<'_>,

@@ -199,7 +199,7 @@ pub enum DeviceKind {
 }
 
 impl DeviceKind {
-    pub(in crate::vk) fn of(kind: vk::PhysicalDeviceType) -> Self {
+    pub(in crate::vk) fn of_type(kind: vk::PhysicalDeviceType) -> Self {
         match kind {
             vk::PhysicalDeviceType::DISCRETE_GPU => Self::Discrete,
             vk::PhysicalDeviceType::INTEGRATED_GPU => Self::Integrated,

@@ -121,7 +121,7 @@ impl Capabilities {
             synchronization2: sync2.synchronization2 == vk::TRUE,
             acceleration_structure: structure.acceleration_structure == vk::TRUE,
             ray_query: query.ray_query == vk::TRUE,
-            ..Features::of(&core, &vulkan12, &vk::PhysicalDeviceVulkan13Features::default())
+            ..Features::of_structs(&core, &vulkan12, &vk::PhysicalDeviceVulkan13Features::default())
         };
         self.describes_executables = executables.pipeline_executable_info == vk::TRUE;
         self.scratch_alignment = u64::from(structures.min_acceleration_structure_scratch_offset_alignment.max(1));
@@ -191,7 +191,7 @@ impl Capabilities {
         let heaps = self.memory.memory_heaps_as_slice().iter();
         DeviceReport {
             name: self.name(),
-            kind: DeviceKind::of(self.properties.device_type),
+            kind: DeviceKind::of_type(self.properties.device_type),
             api_version: version_of(&self.properties),
             driver: self.driver.clone(),
             needs: self.needs(),

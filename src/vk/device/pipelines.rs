@@ -26,12 +26,12 @@ pub(in crate::vk) trait Pipeline: Any + Send + Sync {
 }
 
 /// Description that a pipeline was made from, and the pipeline.
-type Kept = (String, Arc<dyn Pipeline>);
+type KeptPipeline = (String, Arc<dyn Pipeline>);
 
 #[derive(Default)]
 pub(in crate::vk) struct Pipelines {
     /// The last used stand last.
-    kept: Mutex<Vec<Kept>>,
+    kept: Mutex<Vec<KeptPipeline>>,
     compiled: AtomicU64,
 }
 
@@ -46,7 +46,7 @@ impl Pipelines {
         self.kept().iter().map(|(_, pipeline)| (pipeline.label().to_owned(), pipeline.made())).collect()
     }
 
-    fn kept(&self) -> MutexGuard<'_, Vec<Kept>> {
+    fn kept(&self) -> MutexGuard<'_, Vec<KeptPipeline>> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -58,7 +58,7 @@ impl Pipelines {
     ) -> Result<Arc<P>> {
         let mut kept = self.kept();
         // A pipeline that failed before may succeed now: there may be more memory.
-        let serves = |(of, pipeline): &Kept| *of == made_of && !pipeline.has_failed();
+        let serves = |(of, pipeline): &KeptPipeline| *of == made_of && !pipeline.has_failed();
         let found = kept.iter().position(serves).map(|place| kept.remove(place));
         let pipeline = match found {
             Some((_, pipeline)) => {
@@ -74,9 +74,9 @@ impl Pipelines {
     }
 
     /// Takes out those that nothing uses, the longest unused first, until [`IDLE`] are left.
-    fn take_surplus(&self) -> Vec<Kept> {
+    fn take_surplus(&self) -> Vec<KeptPipeline> {
         let mut kept = self.kept();
-        let unused = |(_, pipeline): &Kept| Arc::strong_count(pipeline) == 1;
+        let unused = |(_, pipeline): &KeptPipeline| Arc::strong_count(pipeline) == 1;
         let mut surplus = kept.iter().filter(|kept| unused(kept)).count().saturating_sub(IDLE);
         let taken = kept.extract_if(.., |kept| {
             let take = surplus > 0 && unused(kept);

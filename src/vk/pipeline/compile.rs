@@ -126,12 +126,12 @@ pub fn find_files(folder: &Path, found: &mut Vec<PathBuf>, is_wanted: &dyn Fn(&P
 
 /// One form of a shader.
 #[derive(Clone)]
-struct Form {
+struct ShaderForm {
     method: Option<String>,
     defines: Vec<String>,
 }
 
-impl Form {
+impl ShaderForm {
     /// Of the shader called `plain`.
     fn name(&self, plain: &str, per_method: bool) -> String {
         let method = self.method.iter().filter(|_| per_method).map(String::as_str);
@@ -141,9 +141,9 @@ impl Form {
 }
 
 /// The forms that a shader's head asks for, and whether it is compiled per method.
-fn forms(plain: &str, source: &str, methods: &[String]) -> (Vec<Form>, bool) {
+fn forms(plain: &str, source: &str, methods: &[String]) -> (Vec<ShaderForm>, bool) {
     let own = plain.strip_prefix("gi/").and_then(|rest| rest.split_once('/')).map(|(method, _)| method.to_owned());
-    let mut forms = vec![Form { method: own, defines: vec![] }];
+    let mut forms = vec![ShaderForm { method: own, defines: vec![] }];
     let mut per_method = false;
     for line in source.lines().filter_map(|line| line.strip_prefix("//! ")) {
         let (line, only) = line.split_once(" only ").map_or((line, None), |(line, only)| (line, Some(only)));
@@ -151,7 +151,7 @@ fn forms(plain: &str, source: &str, methods: &[String]) -> (Vec<Form>, bool) {
         if what == "per method" {
             per_method = true;
             let others = methods.iter().filter(|method| *method != except);
-            forms = others.map(|method| Form { method: Some(method.clone()), defines: vec![] }).collect();
+            forms = others.map(|method| ShaderForm { method: Some(method.clone()), defines: vec![] }).collect();
         } else if let Some(define) = what.strip_prefix("with ") {
             for mut form in forms.clone() {
                 let method = form.method.as_deref();
@@ -183,12 +183,12 @@ impl Shader<'_> {
         let plain = self.name();
         let source = fs::read_to_string(self.path).map_err(|e| format!("{}: {e}", self.path.display()))?;
         let (forms, per_method) = forms(&plain, &source, methods);
-        let compile = |form: &Form| self.compile(&source, form, form.name(&plain, per_method), store);
+        let compile = |form: &ShaderForm| self.compile(&source, form, form.name(&plain, per_method), store);
         forms.iter().map(compile).collect()
     }
 
     /// Compiles one form for the store.
-    fn compile(&self, source: &str, form: &Form, name: String, store: &impl Store) -> Result<Compiled, String> {
+    fn compile(&self, source: &str, form: &ShaderForm, name: String, store: &impl Store) -> Result<Compiled, String> {
         // Every file is included once per shader, so that common files need no guards.
         let included = RefCell::new(HashSet::new());
         let mut options = CompileOptions::new().map_err(|e| e.to_string())?;

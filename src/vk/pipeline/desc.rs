@@ -72,7 +72,7 @@ pub type Raster = Pipeline<RasterDesc<'static>>;
 pub type Compute = Pipeline<ComputeDesc<'static>>;
 
 impl<Desc> Pipeline<Desc> {
-    fn of(raw: Arc<RawPipeline>, context: &Arc<Context>) -> Self {
+    fn of_raw(raw: Arc<RawPipeline>, context: &Arc<Context>) -> Self {
         Self { raw, _context: context.clone(), _made_of: PhantomData }
     }
 
@@ -112,7 +112,7 @@ impl Compute {
         let raw = context.pipelines.find_or_make(format!("{} {desc:?}", generation()), || {
             RawPipeline::new(context, desc.label, &[desc.shader], &constants, None)
         })?;
-        Ok(Self::of(raw, context))
+        Ok(Self::of_raw(raw, context))
     }
 }
 
@@ -131,6 +131,6 @@ impl Raster {
         let raw = context.pipelines.find_or_make(format!("{} {desc:?}", generation()), || {
             RawPipeline::new(context, desc.label, &shaders, &constants, Some(RasterState::new(&desc)))
         })?;
-        Ok(Self::of(raw, context))
+        Ok(Self::of_raw(raw, context))
     }
 }

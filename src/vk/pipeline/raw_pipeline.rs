@@ -3,7 +3,7 @@
 use super::bind::COUNTS;
 use super::constants::Constant;
 use super::make_pipeline::{Made, Making, RasterState};
-use super::reflect::{self, Binding, BindingKind, Module, Stage, StageInfo};
+use super::reflect::{self, Binding, BindingKind, Module, ShaderStage, StageInfo};
 use super::shader;
 use super::specialize::names_used;
 use crate::vk::device::context::Context;
@@ -140,7 +140,7 @@ impl RawPipeline {
         Ok(this)
     }
 
-    fn storage_buffers_of(&self, stage: Stage) -> u32 {
+    fn storage_buffers_of(&self, stage: ShaderStage) -> u32 {
         let of_stage = |binding: &&Binding| binding.kind == BindingKind::Storage && binding.stages.contains(&stage);
         self.bindings.iter().filter(of_stage).map(|binding| binding.count).sum()
     }
@@ -165,7 +165,7 @@ impl RawPipeline {
     }
 
     pub(in crate::vk) fn bind_point(&self) -> vk::PipelineBindPoint {
-        let is_compute = self.stages[0].stage == Stage::Compute;
+        let is_compute = self.stages[0].stage == ShaderStage::Compute;
         if is_compute { vk::PipelineBindPoint::COMPUTE } else { vk::PipelineBindPoint::GRAPHICS }
     }
 

@@ -12,14 +12,14 @@ use std::collections::{BTreeMap, HashMap};
 /// The stage that a module was compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Stage {
+pub enum ShaderStage {
     Vertex,
     Geometry,
     Fragment,
     Compute,
 }
 
-impl Stage {
+impl ShaderStage {
     pub(in crate::vk) fn flag(self) -> vk::ShaderStageFlags {
         match self {
             Self::Vertex => vk::ShaderStageFlags::VERTEX,
@@ -33,7 +33,7 @@ impl Stage {
 /// One stage of a pipeline, by its SPIR-V.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct StageInfo {
-    pub stage: Stage,
+    pub stage: ShaderStage,
     /// Path below `glsl/`.
     pub shader: &'static str,
     /// Number of output locations: colour outputs of a fragment shader.
@@ -76,7 +76,7 @@ pub struct Binding {
     /// Elements of an array of resources, else 1.
     pub count: u32,
     /// The stages that use it, in pipeline order.
-    pub stages: Vec<Stage>,
+    pub stages: Vec<ShaderStage>,
     /// No stage may write it.
     pub read_only: bool,
 }
@@ -114,10 +114,10 @@ pub(in crate::vk) struct Module {
 pub(in crate::vk) fn module((name, words): Shader) -> Module {
     let entry = entry_point((name, words));
     let stage = match entry.exec_model {
-        ExecutionModel::Vertex => Stage::Vertex,
-        ExecutionModel::Geometry => Stage::Geometry,
-        ExecutionModel::Fragment => Stage::Fragment,
-        ExecutionModel::GLCompute => Stage::Compute,
+        ExecutionModel::Vertex => ShaderStage::Vertex,
+        ExecutionModel::Geometry => ShaderStage::Geometry,
+        ExecutionModel::Fragment => ShaderStage::Fragment,
+        ExecutionModel::GLCompute => ShaderStage::Compute,
         other => panic!("{name}: stage {other:?} is not used here"),
     };
     let (mut bindings, mut push_bytes, mut outputs) = (Vec::new(), 0, 0);
@@ -214,7 +214,7 @@ fn entry_point((name, words): Shader) -> EntryPoint {
     entries.into_iter().next().unwrap_or_else(|| panic!("{name}: no entry point"))
 }
 
-fn binding(shader: &str, stage: Stage, variable: &Variable) -> Binding {
+fn binding(shader: &str, stage: ShaderStage, variable: &Variable) -> Binding {
     let Variable::Descriptor { name, desc_bind, desc_ty, nbind, .. } = variable else {
         unreachable!("called for descriptors only")
     };

@@ -5,7 +5,9 @@ use super::recorder::Recorder;
 use super::transfer::upload_into;
 use crate::Result;
 use crate::vk::device::context::Context;
-use crate::vk::resource::structure::{Corners, Parts, RawStructure, Structure, StructureDesc, functions};
+use crate::vk::resource::structure::{
+    RawStructure, Structure, StructureDesc, StructureInput, TriangleCorners, functions,
+};
 use ash::vk;
 use std::sync::Arc;
 
@@ -24,7 +26,7 @@ impl Structure {
 impl Recorder {
     /// Builds a structure anew over the triangles that `corners` holds by then: as many as it was made for. What
     /// queries go through it afterwards comes after a barrier.
-    pub fn build(&mut self, structure: &Structure, corners: &Corners<'_>) {
+    pub fn build(&mut self, structure: &Structure, corners: &TriangleCorners<'_>) {
         let (scratch, aligned) = (structure.scratch.address(), self.context().capabilities.scratch_alignment);
         let scratch = scratch.next_multiple_of(aligned);
         let given = [corners.indices, corners.positions, &structure.scratch];
@@ -41,7 +43,7 @@ impl Recorder {
         self.keep(structure.top.clone());
     }
 
-    fn build_one(&mut self, structure: &RawStructure, parts: &Parts, scratch: u64) {
+    fn build_one(&mut self, structure: &RawStructure, parts: &StructureInput, scratch: u64) {
         let scratch = vk::DeviceOrHostAddressKHR { device_address: scratch };
         let info = parts.info().dst_acceleration_structure(structure.handle()).scratch_data(scratch);
         // SAFETY: outside of a rendering scope; everything that has an address is kept.

@@ -2,7 +2,7 @@
 //! resources.
 
 use super::zone::ZoneKind;
-use crate::vk::pipeline::reflect::{Stage, StageInfo};
+use crate::vk::pipeline::reflect::{ShaderStage, StageInfo};
 use serde::Serialize;
 
 /// The commands of one recording, zone by zone, in order.
@@ -148,7 +148,7 @@ pub struct DrawLog {
 
 impl DrawLog {
     /// The shader file of a stage, `None` where the pipeline has no such stage.
-    pub fn shader(&self, stage: Stage) -> Option<&'static str> {
+    pub fn shader(&self, stage: ShaderStage) -> Option<&'static str> {
         self.stages.iter().find(|info| info.stage == stage).map(|info| info.shader)
     }
 }

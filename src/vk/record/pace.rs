@@ -38,7 +38,7 @@ pub struct Step {
 pub type Watch = Arc<dyn Fn(Step) -> Result<()> + Send + Sync>;
 
 /// A pass, and which of the works that it consists of.
-type Key = (&'static str, u32);
+type WorkKey = (&'static str, u32);
 
 /// A pass that is one work.
 const WHOLE: u32 = u32::MAX;
@@ -49,9 +49,9 @@ pub struct Pace {
     first_share: u32,
     least_share: Option<u32>,
     watch: Option<Watch>,
-    costs: HashMap<Key, Cost>,
+    costs: HashMap<WorkKey, LinearCost>,
     /// Recorded and not submitted yet: units of work, and the milliseconds that these are expected to take.
-    waiting: Vec<(Key, f64, f64)>,
+    waiting: Vec<(WorkKey, f64, f64)>,
 }
 
 impl Pace {
@@ -78,13 +78,13 @@ impl Pace {
     }
 
     /// Whether `units` of a work, whose cost may be unknown, still go into a submission with what waits.
-    fn fits(&self, key: Key, units: f64) -> bool {
+    fn fits(&self, key: WorkKey, units: f64) -> bool {
         let known = self.costs.get(&key).map(|cost| cost.ms(units));
         self.waiting.is_empty() || known.is_some_and(|ms| self.expected_ms() + ms <= self.aim_ms)
     }
 
     /// How many units of `all` go into the next submission, after `last` before; at least one.
-    fn units(&self, key: Key, all: f64, last: Option<f64>) -> f64 {
+    fn units(&self, key: WorkKey, all: f64, last: Option<f64>) -> f64 {
         let least = all / f64::from(self.first_share);
         let (Some(cost), Some(last)) = (self.costs.get(&key), last.or(Some(0.5 * least))) else { return least };
         let most = cost.units(self.aim_ms - self.expected_ms(), self.aim_ms);
@@ -98,7 +98,7 @@ impl Pace {
     }
 
     /// Adds work to what waits. Returns whether it is to be submitted now.
-    fn add(&mut self, key: Key, units: f64) -> bool {
+    fn add(&mut self, key: WorkKey, units: f64) -> bool {
         let known = self.costs.get(&key).filter(|cost| cost.done_once);
         self.waiting.push((key, units, known.map_or(0.0, |cost| cost.ms(units))));
         known.is_none() || self.expected_ms() >= self.aim_ms
@@ -121,7 +121,7 @@ impl Pace {
 
 /// A line through measured times: so much per submission and so much per unit.
 #[derive(Debug, Default)]
-struct Cost {
+struct LinearCost {
     /// Sums over measurements, the older the less they count: number, units, milliseconds, units², units ·
     /// milliseconds.
     sums: [f64; 5],
@@ -132,7 +132,7 @@ struct Cost {
     done_once: bool,
 }
 
-impl Cost {
+impl LinearCost {
     fn learn(&mut self, units: f64, ms: f64) {
         let new = [1.0, units, ms, units * units, units * ms];
         self.sums.iter_mut().zip(new).for_each(|(sum, new)| *sum = *sum * FORGET + new);

@@ -28,7 +28,7 @@ pub struct StructureSize {
 
 /// The triangles: three numbers of corners each, and corners of three f32.
 #[derive(Clone, Copy)]
-pub struct Corners<'a> {
+pub struct TriangleCorners<'a> {
     pub indices: &'a Buffer,
     pub positions: &'a Buffer,
 }
@@ -68,14 +68,14 @@ pub(in crate::vk) fn functions(context: &Context) -> &ash::khr::acceleration_str
 
 /// The input from which one of the two structures is built.
 #[derive(Default)]
-pub(in crate::vk) struct Parts {
+pub(in crate::vk) struct StructureInput {
     geometries: Vec<vk::AccelerationStructureGeometryKHR<'static>>,
     ranges: Vec<vk::AccelerationStructureBuildRangeInfoKHR>,
     kind: vk::AccelerationStructureTypeKHR,
     flags: vk::BuildAccelerationStructureFlagsKHR,
 }
 
-impl Parts {
+impl StructureInput {
     pub(in crate::vk) fn info(&self) -> vk::AccelerationStructureBuildGeometryInfoKHR<'_> {
         vk::AccelerationStructureBuildGeometryInfoKHR::default()
             .ty(self.kind)
@@ -113,8 +113,8 @@ impl StructureDesc {
     }
 
     /// The triangles, of corners where there are some yet.
-    pub(in crate::vk) fn parts(&self, corners: Option<&Corners>) -> Parts {
-        let address = |buffer: fn(&Corners<'_>) -> u64| vk::DeviceOrHostAddressConstKHR {
+    pub(in crate::vk) fn parts(&self, corners: Option<&TriangleCorners>) -> StructureInput {
+        let address = |buffer: fn(&TriangleCorners<'_>) -> u64| vk::DeviceOrHostAddressConstKHR {
             device_address: corners.map_or(0, buffer),
         };
         let count = corners.map_or(3, |corners| (corners.positions.bytes() / 12) as u32);
@@ -137,7 +137,7 @@ impl StructureDesc {
             range.primitive_offset(12 * first)
         };
         let flags = vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE;
-        Parts {
+        StructureInput {
             // A triangle that lets light through counts once.
             geometries: vec![geometry(F::OPAQUE), geometry(F::NO_DUPLICATE_ANY_HIT_INVOCATION)],
             ranges: vec![range(self.opaque, 0), range(self.translucent, self.opaque)],
@@ -147,13 +147,13 @@ impl StructureDesc {
     }
 
     /// The instance of the triangles at that address.
-    pub(in crate::vk) fn top(&self, instance: u64) -> Parts {
+    pub(in crate::vk) fn top(&self, instance: u64) -> StructureInput {
         let data = vk::DeviceOrHostAddressConstKHR { device_address: instance };
         let instances = vk::AccelerationStructureGeometryInstancesDataKHR::default().data(data);
         let geometry = vk::AccelerationStructureGeometryKHR::default()
             .geometry_type(vk::GeometryTypeKHR::INSTANCES)
             .geometry(vk::AccelerationStructureGeometryDataKHR { instances });
-        Parts {
+        StructureInput {
             geometries: vec![geometry],
             ranges: vec![vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(1)],
             kind: vk::AccelerationStructureTypeKHR::TOP_LEVEL,

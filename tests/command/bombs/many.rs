@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::{INLINE, folder, most_memory_kib, triangle, write};
 
 /// Ended by the program itself, not by a signal, with what it said at last.
-struct Run {
+struct ProgramRun {
     said: String,
     /// Of the processor, in all threads.
     seconds: f64,
@@ -19,7 +19,7 @@ struct Run {
 }
 
 /// Renders the scene until it is refused, or ended after a minute; without a driver, unless `device`, the scene is read and no more.
-fn run(folder: &Path, scene: &str, device: bool) -> Option<Run> {
+fn run(folder: &Path, scene: &str, device: bool) -> Option<ProgramRun> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
     let args = ["render", scene, "-o", "a.png", "--size", "64x64", "--set", "voxels=32", "--preset", "fast"];
     command.current_dir(folder).args(args).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -43,7 +43,7 @@ fn run(folder: &Path, scene: &str, device: bool) -> Option<Run> {
     child.stderr.unwrap().read_to_string(&mut said).unwrap();
     println!("{scene}: {seconds} s of a processor, {} MiB: {said}", memory_kib >> 10);
     assert!(status.code().is_some(), "{scene} took a minute");
-    (status.code() == Some(2)).then_some(Run { said, seconds, memory_kib })
+    (status.code() == Some(2)).then_some(ProgramRun { said, seconds, memory_kib })
 }
 
 /// Of all threads of a process so far, to a hundredth.

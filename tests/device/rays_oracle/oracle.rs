@@ -221,7 +221,7 @@ impl Oracle {
         let within = |p: DVec3| p.min_element() > 0.0 && p.max_element() < edge;
         assert!(facets.iter().all(|f| [DVec2::ZERO, DVec2::X, DVec2::Y].iter().all(|&uv| within(f.at(uv)))));
         let (filtering, decoding) = if context.is_cpu { (0.0, DECODING) } else { (FILTERING, GPU_DECODING) };
-        Self { textures: Textures::of(&scene, &scene.materials), scene, facets, filtering, decoding }
+        Self { textures: Textures::of_materials(&scene, &scene.materials), scene, facets, filtering, decoding }
     }
 
     pub fn check(&self, ray: &Ray, nearest: &Found, shadow: &Found) -> Tally {

@@ -30,11 +30,11 @@ pub struct Host {
 
 impl Host {
     pub fn new() -> Self {
-        Self::of(vk::API_VERSION_1_3)
+        Self::of_version(vk::API_VERSION_1_3)
     }
 
     /// With an instance of that version.
-    pub fn of(version: u32) -> Self {
+    pub fn of_version(version: u32) -> Self {
         Self::with(version, required_features())
     }
 
@@ -199,14 +199,14 @@ unsafe extern "system" fn on_message(
 }
 
 /// One of a host's frames in flight.
-pub struct Frame {
+pub struct HostFrame {
     device: ash::Device,
     pool: vk::CommandPool,
     pub commands: vk::CommandBuffer,
     fence: vk::Fence,
 }
 
-impl Frame {
+impl HostFrame {
     pub fn new(host: &Host) -> Self {
         let device = host.device.clone();
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(host.family);
@@ -243,7 +243,7 @@ impl Frame {
     }
 }
 
-impl Drop for Frame {
+impl Drop for HostFrame {
     fn drop(&mut self) {
         self.wait();
         unsafe {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 use twobounce::ash::vk;
-use twobounce::host::{Aov, Context, Counters, Growth, HostImage, ImageUse, Layers, Output, Prepare, Prepared, Seen};
+use twobounce::host::{Aov, Context, Counters, Growth, HostImage, ImageUse, Layers, Output, Prepare, Prepared, Shot};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LightKind, Material, Mesh, Pose, Scene, View};
 use twobounce::settings::Settings;
@@ -86,7 +86,7 @@ impl Setup {
         self.frame.begin();
         // SAFETY: the frame was waited for, and so is this one.
         unsafe {
-            self.prepared.record(self.frame.commands, 0, &Seen::new(&self.scene, &self.pose, &view), outputs);
+            self.prepared.record(self.frame.commands, 0, &Shot::new(&self.scene, &self.pose, &view), outputs);
         }
         after(self.frame.commands);
         self.frame.submit(&self.host);
@@ -157,7 +157,7 @@ impl Setup {
         self.frame.begin();
         // SAFETY: the frame was waited for, and so is this one.
         unsafe {
-            let seen = Seen { image: Some(self.pass), ..Seen::new(&self.scene, &self.pose, &view) };
+            let seen = Shot { image: Some(self.pass), ..Shot::new(&self.scene, &self.pose, &view) };
             self.prepared.record_given(self.frame.commands, 0, &seen, &inputs, &lights);
         }
         for (i, buffer) in buffers.iter().enumerate() {

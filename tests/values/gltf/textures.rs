@@ -7,7 +7,7 @@ use super::files::{File, png, write};
 use crate::random::Random;
 use serde_json::json;
 use twobounce::memory::Limit;
-use twobounce::scene::{Image, LoadOptions, Scene};
+use twobounce::scene::{LoadOptions, Scene, TextureImage};
 
 const PNG: &[u8] = include_bytes!("compressed/fading.png");
 const WEBP: &[u8] = include_bytes!("compressed/fading.webp");
@@ -35,14 +35,14 @@ fn strictly(file: &File) -> Result<Scene, String> {
 }
 
 /// The only image of a file that loads without a note.
-fn image(extension: &str, bytes: &[u8]) -> Image {
+fn image(extension: &str, bytes: &[u8]) -> TextureImage {
     let mut scene = strictly(&textured(extension, bytes)).unwrap();
     assert_eq!((scene.warnings.len(), scene.images.len()), (0, 1));
     scene.images.remove(0)
 }
 
 /// The square root of the mean squared difference of all bytes.
-fn difference(a: &Image, b: &Image) -> f64 {
+fn difference(a: &TextureImage, b: &TextureImage) -> f64 {
     assert_eq!((a.width, a.height, a.rgba.len()), (b.width, b.height, b.rgba.len()));
     let squared = |(a, b): (&u8, &u8)| f64::from(i32::from(*a) - i32::from(*b)).powi(2);
     (a.rgba.iter().zip(&b.rgba).map(squared).sum::<f64>() / a.rgba.len() as f64).sqrt()

@@ -100,13 +100,13 @@ fn slices_fit(global: &[u8], level: &[u8], levels: usize, with_alpha: bool) -> O
 
 /// The largest level of a file whose [`size`] is known, in plain texels.
 /// The error is the end of a sentence, for other formats.
-fn plain_level(bytes: &[u8]) -> Result<plain::Level<'_>, &'static str> {
+fn plain_level(bytes: &[u8]) -> Result<plain::PlainLevel<'_>, &'static str> {
     let [number, width, height, scheme] = [12, 20, 24, 44].map(|at| word(bytes, at));
     let format = plain::format(number).ok_or("holds texels that are not of 8 or 16 bits a channel")?;
     let index = &bytes[HEADER..];
     let level = part(bytes, long(index, 0), long(index, 8)).ok_or("ends within its largest level")?;
     let (width, height) = (width as usize, height as usize);
-    Ok(plain::Level { format, width, height, scheme, bytes: level, stated: long(index, 16) })
+    Ok(plain::PlainLevel { format, width, height, scheme, bytes: level, stated: long(index, 16) })
 }
 
 /// The largest level: 8-bit RGBA, rows from the top, 4 · width · height bytes of the [`size`]; and whether it has 16
@@ -116,7 +116,7 @@ pub fn decode(bytes: &[u8]) -> Result<(Vec<u8>, bool), &'static str> {
     if word(bytes, 12) != 0 {
         let level = plain_level(bytes)?;
         let data = part(bytes, word(bytes, KEY_VALUES.start).into(), word(bytes, KEY_VALUES.start + 4).into());
-        let shown = plain::Shown::parse(data.unwrap_or_default());
+        let shown = plain::DisplayForm::parse(data.unwrap_or_default());
         return Ok((level.rgba(&shown)?, level.is_deep()));
     }
     // Key/value data say nothing that is used, and basisu 0.1.0 reads on past damaged ones.

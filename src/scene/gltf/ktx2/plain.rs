@@ -33,7 +33,7 @@ pub fn format(number: u32) -> Option<Format> {
 }
 
 /// Input of the decoder: one level of plain texels.
-pub struct Level<'a> {
+pub struct PlainLevel<'a> {
     pub format: Format,
     pub width: usize,
     pub height: usize,
@@ -46,12 +46,12 @@ pub struct Level<'a> {
 
 /// How key/value data say that texels are shown (3.11): which channel of the file each of four is, or 0 or 1, and
 /// whether columns begin on the right and rows below.
-pub struct Shown {
+pub struct DisplayForm {
     pub swizzle: [u8; 4],
     pub mirrored: [bool; 2],
 }
 
-impl Level<'_> {
+impl PlainLevel<'_> {
     fn stride(&self) -> usize {
         self.format.channels.len() * self.format.bytes
     }
@@ -93,7 +93,7 @@ impl Level<'_> {
 
     /// 8-bit RGBA, rows from the top, 16 bits rounded.
     /// The error is the end of a sentence, for damaged data.
-    pub fn rgba(&self, shown: &Shown) -> Result<Vec<u8>, &'static str> {
+    pub fn rgba(&self, shown: &DisplayForm) -> Result<Vec<u8>, &'static str> {
         let texels = self.texels().ok_or("has a damaged largest level")?;
         let Format { channels, bytes } = self.format;
         // Where each of the four is in a texel; what the file has not is dark and opaque.
@@ -134,7 +134,7 @@ fn filled(size: usize, mut read: impl FnMut(&mut [u8]) -> Option<usize>) -> Opti
     Some(bytes)
 }
 
-impl Shown {
+impl DisplayForm {
     /// Reads key/value data; what is damaged or unknown says nothing.
     pub fn parse(mut data: &[u8]) -> Self {
         let mut shown = Self { swizzle: *b"rgba", mirrored: [false; 2] };

@@ -53,7 +53,7 @@ pub fn decode(
     buffers: &[Option<Vec<u8>>],
     need: &mut Need,
 ) -> Result<Vec<Option<Vec<u8>>>, Problem> {
-    let found = document.buffer_views.iter().enumerate().map(|(index, view)| Compressed::of(index, view));
+    let found = document.buffer_views.iter().enumerate().map(|(index, view)| Compressed::of_view(index, view));
     let found = found.collect::<Result<Vec<_>, Problem>>()?;
     for compressed in found.iter().flatten() {
         need.add(Kind::Bytes, (compressed.count as u64).saturating_mul(compressed.byte_stride as u64), 1);
@@ -77,7 +77,7 @@ pub fn is_fallback(buffer: &Buffer) -> bool {
 }
 
 impl Compressed {
-    fn of(index: usize, view: &View) -> Result<Option<Self>, Problem> {
+    fn of_view(index: usize, view: &View) -> Result<Option<Self>, Problem> {
         let extensions = view.extensions.as_ref();
         let stated = NAMES.into_iter().find_map(|name| extensions.and_then(|e| e.others.get(name)));
         let Some(stated) = stated else { return Ok(None) };

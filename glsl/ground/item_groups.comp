@@ -2,13 +2,13 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // Alike: of a voxel's triangles that have one material and face alike, the one with the largest part in it is lit for
-// all. A thread per occupied voxel; no outcome depends on a list's order. CPU twin: tests/twins/alike.rs.
+// all. A thread per occupied voxel; no outcome depends on a list's order. CPU twin: tests/twins/item_groups.rs.
 
 #define WRITES_HEADS
 #include "ground/constants.glsl"
 #include "common/triangle_box.glsl"
 #include "common/clip.glsl"
-#include "common/alike.glsl"
+#include "common/facing.glsl"
 #include "common/count.glsl"
 #include "ground/bindings.glsl"
 #include "ground/cells.glsl"

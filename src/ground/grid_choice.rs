@@ -28,7 +28,7 @@ pub fn fitted_to_camera(
         return None;
     }
     let grid = Grid::place(bounds, settings).ok()?;
-    let way = clearance(scene, pose, view.eye)?;
+    let way = median_distance(scene, pose, view.eye)?;
     let smaller = |boxes: i32| FACTOR.powi(-boxes);
     let fits = |&boxes: &i32| grid.voxel_m * smaller(boxes) <= MOST_OF_WAY * way;
     let most = most_boxes(grid.edge);
@@ -81,7 +81,7 @@ const MOST_CUTS: u32 = 6;
 
 /// Median distance, metres, of all triangles from a point, each counted by the solid angle under which it is seen from
 /// there, whatever hides it; to a twelfth. `None` without triangles.
-pub fn clearance(scene: &Scene, pose: &Pose, eye: DVec3) -> Option<f64> {
+pub fn median_distance(scene: &Scene, pose: &Pose, eye: DVec3) -> Option<f64> {
     let sum = |mut bins: Vec<u64>, more: Vec<u64>| {
         bins.iter_mut().zip(more).for_each(|(bin, more)| *bin += more);
         bins
@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn a_cube_is_seen_all_around_at_its_walls() {
         let scene = room(2.0);
-        let far = clearance(&scene, &scene.pose(None, 0.0), DVec3::ZERO).unwrap();
+        let far = median_distance(&scene, &scene.pose(None, 0.0), DVec3::ZERO).unwrap();
         // The mean over all directions is 1.22 half sides.
         assert!((2.1..2.7).contains(&far), "{far}");
         let angles: f64 = (0..6)

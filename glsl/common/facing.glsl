@@ -1,5 +1,5 @@
 // Which triangles face alike: cells of a cube's faces, a third of an edge each way. Within one, normals are at most 51°
-// apart, 16° on average. CPU twin: tests/twins/alike.rs.
+// apart, 16° on average. CPU twin: tests/twins/item_groups.rs.
 
 #include "common/dominant_axis.glsl"
 

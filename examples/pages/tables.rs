@@ -71,46 +71,64 @@ fn of_scene<'a>(rows: &'a [CsvRow], scene: &str) -> Vec<(&'static str, &'a CsvRo
 /// Time and errors of every preset on one scene.
 fn presets(rows: &[CsvRow]) -> String {
     let of_scene = of_scene(rows, SCENE);
-    let mut all_terms: Vec<String> = Vec::new();
+    let mut notes = Footnotes::default();
     let mut line = |(preset, row): &(&str, &CsvRow)| {
         let meaning = PRESETS.iter().find(|known| known.name == *preset).map_or("", |known| known.meaning);
-        let terms = code(row.cell("equal_terms"));
-        if !terms.is_empty() && !all_terms.contains(&terms) {
-            all_terms.push(terms.clone());
-        }
-        let mark =
-            all_terms.iter().position(|known| *known == terms).map_or(String::new(), |i| format!(" {}", mark(i)));
         let [method, ms] = [format!("`{}`", row.cell("method")), number(row, "frame_gpu_ms", 0)];
-        let [whole, indirect] = [number(row, "same_total_rel", 3), number(row, "same_diffuse_rel", 3) + &mark];
-        [format!("`{preset}`"), method, ms, whole, indirect, meaning.to_owned()]
+        let [whole, indirect] = [number(row, "same_total_rel", 3), number(row, "same_diffuse_rel", 3)];
+        [format!("`{preset}`"), method, ms, whole, indirect + &notes.mark(row), meaning.to_owned()]
     };
     let lines: Vec<_> = of_scene.iter().map(&mut line).collect();
     let head =
         "preset|method|ms a frame|error: whole image|error: indirect light on diffuse surfaces|description".split('|');
     let table = markdown(head, "--:::-", lines);
-    let mut notes = vec![of_scene.first().map_or(String::new(), |(_, row)| conditions(row))];
-    notes.extend(all_terms.iter().enumerate().map(|(i, terms)| format!("{}: measured with {terms}", mark(i))));
-    if table.contains(MISSING) {
-        notes.push(format!("{MISSING}: not measured yet"));
-    }
-    format!("{table}\n*{}.*\n", notes.join("; "))
+    let missing = if table.contains(MISSING) { format!("; {MISSING}: not measured yet") } else { String::new() };
+    format!("{table}\n*{}{}{missing}.*\n", first_conditions(&of_scene), notes.text())
 }
 
 /// Errors and energies of every preset on a scene.
 fn errors(rows: &[CsvRow], scene: &str) -> String {
     let of_scene = of_scene(rows, scene);
-    let conditions = of_scene.first().map_or(String::new(), |(_, row)| conditions(row));
-    let line = |(preset, row): (&str, &CsvRow)| {
-        let terms = match row.cell("equal_terms") {
-            "" => "those of the preset".to_owned(),
-            terms => code(terms),
-        };
+    let mut notes = Footnotes::default();
+    let mut line = |(preset, row): &(&str, &CsvRow)| {
         let [whole, energy] = [number(row, "same_total_rel", 3), number(row, "same_total_energy", 2)];
         let [diffuse, own_energy] = [number(row, "same_diffuse_rel", 3), number(row, "same_diffuse_energy", 2)];
-        [format!("`{preset}`"), whole, energy, diffuse, own_energy, terms]
+        [format!("`{preset}`"), whole, energy, diffuse + &notes.mark(row), own_energy]
     };
-    let head = ["preset", "(a) rel", "(a) energy", "(b) rel", "(b) energy", "settings for (b)"];
-    format!("*{conditions}.*\n\n{}", markdown(head, "-::::-", of_scene.into_iter().map(line)))
+    let lines: Vec<_> = of_scene.iter().map(&mut line).collect();
+    let table = markdown(["preset", "(a) rel", "(a) energy", "(b) rel", "(b) energy"], "-::::", lines);
+    format!("*{}{}.*\n\n{table}", first_conditions(&of_scene), notes.text())
+}
+
+/// Footnotes of a table: the settings with which the errors of the indirect light were measured, where these are not
+/// the settings of the preset.
+#[derive(Default)]
+struct Footnotes(Vec<String>);
+
+impl Footnotes {
+    /// The mark of a row's footnote after a space; empty for a row that needs none.
+    fn mark(&mut self, row: &CsvRow) -> String {
+        let settings = code(row.cell("equal_terms"));
+        if settings.is_empty() {
+            return String::new();
+        }
+        let known = self.0.iter().position(|known| *known == settings);
+        let index = known.unwrap_or_else(|| {
+            self.0.push(settings);
+            self.0.len() - 1
+        });
+        format!(" {}", mark(index))
+    }
+
+    /// All footnotes, each after a semicolon.
+    fn text(&self) -> String {
+        self.0.iter().enumerate().map(|(i, settings)| format!("; {}: measured with {settings}", mark(i))).collect()
+    }
+}
+
+/// The conditions of the first row; empty without rows.
+fn first_conditions(of_scene: &[(&str, &CsvRow)]) -> String {
+    of_scene.first().map_or(String::new(), |(_, row)| conditions(row))
 }
 
 /// A number of the chosen presets on every scene. `what`: `total` and `diffuse` are error and energy, others time and memory.

@@ -150,7 +150,7 @@ const TOP: &[Key] = &[
         "bounces",
         "bounces",
         names!(Bounces),
-        "indirect bounces; all: each frame continues the light of the last one. The first frame repeats until the light changes by less than 0.1 %, at most 64 times",
+        "indirect bounces; all: each frame continues the light of the last one, and the first repeats until the light has converged",
         "2 also shades and stores a second bounce; all: two bounces a frame, with rays one, and none once a still scene \
          has converged",
     ),

@@ -10,7 +10,7 @@ table! {
         "no time; camera: lists are rebuilt from time to time while it moves";
         #[serde(with = "auto")]
         side: Option<f64> = None, in "metres", Range::NumberOrAuto(1e-6, 1e9);
-        "side of the grid's cube; auto: the longest side of the scene plus the margin. Surfaces outside reflect no light, except with rays, which add up to five cubes, each with voxels four times as large";
+        "side of the grid's cube; auto: the longest side of the scene plus the margin. Surfaces outside reflect no light, except with rays, which add larger cubes";
         "no time cost; a larger cube means larger voxels";
         // Not a whole number, so that the walls of box-shaped scenes do not lie on voxel boundaries.
         margin: f64 = 2.5, in "voxels" rare, Range::Number(0.0, 7.0);
@@ -56,7 +56,7 @@ table! {
         "side of the square of gathered pixels (or voxels) with different directions; neighbours share results where depth and normals agree";
         "a filter of (n + 1)² texels; fewer directions per pixel give the same light";
         passes: u32 = 1, in "passes", Range::Whole(1, 4096);
-        "passes with other rays and subpixel offsets, which are averaged; with bounces = all they converge, and render prints the noise";
+        "passes with other rays and subpixel offsets, which are averaged";
         "a gather and an image pass each; lists and the light of voxels are made once";
     }
 }

@@ -62,12 +62,12 @@ table! {
         "propagation in proportion";
         cascades: u32 = 1, in "grids" rare, Range::Whole(1, 3);
         "nested grids: the coarsest is the base grid's cube, each finer one has half its side, about the camera";
-        "every pass of the method, in proportion; lists are made anew when the camera leaves a cell";
+        "every pass of the method, in proportion; lists are rebuilt when the camera leaves a cell";
         occlusion: Occlusion = Occlusion::Sheets, in "choice" rare, names!(Occlusion);
         "blocking between cells: none, areas in two bands (sh), or areas along the axes (sheets)";
         "little";
         lobe: Lobe = Lobe::Beam, in "choice" rare, names!(Lobe);
-        "spread of a cell's light: the clamped cosine, the same with faces of integral π, which passes on a quarter, or a beam as narrow as the light";
+        "spread of a cell's light: the clamped cosine, the same with a quarter of the light (cosine-pi), or a beam as narrow as the light";
         "beam: a little slower, images of two texels a cell instead of four";
         sharpness: f32 = 0.5, in "cosine" rare, Range::Number(0.0, 0.95);
         "mean cosine of the narrowest beam: thirty directions cannot tell narrower ones apart";

@@ -49,11 +49,10 @@ table! {
         "cones for a rough mirrored lobe; a smooth one takes one";
         "a cone each, where something is glossy";
         voxelise: Voxels = Voxels::Samples, in "choice" rare, names!(Voxels);
-        "which voxels a triangle fills: those that samples of a multisampled raster find, or all that it touches, where \
-         a raster counts samples afterwards";
+        "voxels that a triangle fills: those that samples of a multisampled raster find, or all that it touches";
         "conservative adds an exact test of every voxel, and the pass cover";
         samples: u32 = 8, in "samples" rare, Range::OneOf(&[1, 4, 8]);
-        "samples per pixel that measure how much of a voxel a triangle fills; the most that the device has, up to this";
+        "samples per pixel that measure how much of a voxel a triangle fills, as far as the device has them";
         "the pass that takes them alone: voxelise, or cover";
         opacity: Opacity = Opacity::Sided, in "choice" rare, names!(Opacity);
         "opacity of a voxel: its share of samples in every direction, or the area along the direction";

@@ -14,7 +14,7 @@ table! {
         "diffuse cones around the normal: the talk's five sets, and cosine-distributed ones (g)";
         "the image's time grows with the number: ×2 from 1 to 5, ×1.7 to 6, ×5.7 to 16";
         fill: Fill = Fill::Sided, in "choice", names!(Fill);
-        "filling of a voxel's faces: uniform keeps energy, facing leaks less, coverage clips exactly, sided drops dark backs, front drops all backs, as the author's later engine does";
+        "filling of a voxel's faces: uniform keeps energy, facing leaks less, coverage clips exactly, sided drops dark backs, front all backs";
         "coverage and sided clip each listed triangle: more shading time";
         weights: Weights = Weights::Abs, in "choice", names!(Weights);
         "mix of the three facing volumes along a cone: d2, norm1 (both sum to 1), abs (brightens), extinction";

@@ -31,7 +31,7 @@ pub struct GivenSurfaces<'a> {
     pub have_material: bool,
 }
 
-/// Bytes of what [`IndirectMethodvenPass::new`] makes.
+/// Bytes of what [`GivenPass::new`] makes.
 pub fn plan((width, height): (u32, u32)) -> MemoryRow {
     ("given surfaces and their light", u64::from(width) * u64::from(height) * 16 * NAMES.len() as u64)
 }

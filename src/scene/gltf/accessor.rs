@@ -23,21 +23,21 @@ pub struct Data<'a> {
     pub decoded: &'a [Option<Vec<u8>>],
     /// Content of the stream of the primitive that is read, if it is compressed.
     pub unpacked: Option<&'a Unpacked>,
-    /// Which two sets of texture coordinates meshes of each material keep.
+    /// For each material, the two sets of texture coordinates that its meshes keep.
     pub uv_sets: &'a [[u32; 2]],
-    /// The vertices that are read; all where absent.
+    /// The vertices that are read; `None` for all.
     pub picked: Option<Picked<'a>>,
 }
 
-/// Few vertices of a primitive that has many.
+/// A small subset of the vertices of a primitive.
 #[derive(Clone, Copy)]
 pub struct Picked<'a> {
     pub vertices: &'a [u32],
-    /// How many there are, all below it.
+    /// The number of vertices of the primitive; all indices are smaller.
     pub of: usize,
 }
 
-/// One component, for which f64 has room, and the value that stands for 1 if it is normalised.
+/// One component as f64, and the value that represents 1 if it is normalised.
 fn number(component: ComponentType, b: &[u8]) -> (f64, f32) {
     match component {
         ComponentType::I8 => (f64::from(b[0] as i8), 127.0),
@@ -49,14 +49,14 @@ fn number(component: ComponentType, b: &[u8]) -> (f64, f32) {
     }
 }
 
-/// `count` elements of `size` bytes each, from byte `offset` of a buffer view on.
+/// `count` elements of `size` bytes each, from byte `offset` of a buffer view.
 struct Range {
     offset: usize,
     size: usize,
     count: usize,
 }
 
-/// Elements whose bytes are known to lie in `bytes`, each `stride` bytes after the one before.
+/// Elements in `bytes`, `stride` bytes apart; all of them lie within.
 struct Elements<'a> {
     bytes: &'a [u8],
     range: Range,
@@ -83,8 +83,8 @@ pub struct Layout<'a> {
 }
 
 impl<'a> Data<'a> {
-    /// Whether a buffer view has bytes. A buffer without data belongs to an extension, and only that uses the views on
-    /// it.
+    /// Whether a buffer view has bytes. A buffer without data belongs to an extension, and only the extension uses its
+    /// views.
     pub fn has(&self, view: usize) -> bool {
         let buffer = self.document.buffer_views.get(view).and_then(|view| self.buffers.get(view.buffer.value()));
         self.decoded.get(view).is_some_and(Option::is_some) || buffer.is_some_and(Option::is_some)
@@ -167,7 +167,7 @@ impl<'a> Data<'a> {
         self.elements(&format!("accessor {index}"), view.value(), range).map(Some)
     }
 
-    /// How many elements accessor `index` has.
+    /// The number of elements of accessor `index`.
     pub fn count(&self, index: usize) -> Result<usize, Problem> {
         let layout = self.layout(index)?;
         let elements = self.base(index, &layout)?;
@@ -179,8 +179,8 @@ impl<'a> Data<'a> {
         self.base(index, &self.layout(index)?).map(drop)
     }
 
-    /// Accessor `index` as vectors of `N` components that `convert` makes, with sparse substitution. Elements without
-    /// data are zero. Only with `pad` may elements have fewer components; `pad` gives the others.
+    /// Accessor `index` as vectors of `N` components, converted by `convert`, with sparse substitution. Elements
+    /// without data are zero. Elements with fewer components are allowed only with `pad`, which completes them.
     fn vectors<const N: usize, T: Copy + Default>(
         &self,
         index: usize,

@@ -28,11 +28,11 @@ pub fn load(data: &Data, tree: &Tree, scene: &mut Scene) -> Result<(), Problem> 
     Ok(())
 }
 
-/// A channel as the file has it, and the number of its animation.
+/// A channel of the file, with the number of its animation.
 struct Loading<'a> {
     data: &'a Data<'a>,
     tree: &'a Tree,
-    /// By their nodes.
+    /// Deformers by node.
     deformers: &'a HashMap<usize, usize>,
     number: usize,
     channel: &'a document::Channel,
@@ -59,7 +59,7 @@ impl Loading<'_> {
                 return Ok(0.0);
             }
         };
-        // Of the nodes that are not shown, or have nothing to morph, there is no deformer.
+        // Nodes that are not shown or have nothing to morph have no deformer.
         let deformer = self.deformers.get(&node).copied();
         let width = if property.is_none() { deform::targets(data, index) } else { 0 };
         if property.is_none() && (deformer.is_none() || width == 0) {

@@ -43,29 +43,30 @@ use crate::Error;
 use crate::memory::Limit;
 use crate::output::file::is_standard;
 
-/// Which part of a file to load, and within which limits.
+/// The part of a file to load, and limits.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
     /// The name or index of a scene; `None` is the file's default scene.
     pub scene: Option<String>,
-    /// A folder outside the scene's own of which the scene may read files: buffers and textures that scenes share.
+    /// One more folder from which the scene may read files: buffers and textures that scenes share.
     pub assets: Option<PathBuf>,
-    /// Whether to refuse a file of which a texture or a required extension would be left out.
+    /// Whether to refuse a file if a texture or a required extension would be left out.
     pub strict: bool,
-    /// Memory of the machine that loading and rendering may take; `None` is half of what is free.
+    /// Memory of the machine that loading and rendering may use; `None` for half of the free memory.
     pub memory: Option<Limit>,
-    /// Memory of the device that textures may take, if there is a device.
+    /// Memory of the device that textures may use, if there is a device.
     pub texture_memory: Option<Limit>,
-    /// How many texels a side an image of the device has, in which a texture lies above its mips, and what says so.
+    /// The maximum side in texels of an image on the device, which holds a texture above its mips, and the reason for
+    /// this limit.
     pub texture_side: Option<(u32, String)>,
-    /// How many triangles a device holds over all instances, and what says so.
+    /// The maximum number of triangles over all instances on the device, and the reason for this limit.
     pub triangles: Option<(u64, String)>,
-    /// Larger textures are halved until they have at most so many texels a side.
+    /// Larger textures are halved until they have at most this many texels a side.
     pub max_texture: Option<u32>,
 }
 
-/// The supported extensions. A file that requires another one is refused, unless that changes looks alone; one that
-/// only uses it gets a warning.
+/// The supported extensions. A file that requires another one is refused, unless it only changes looks. A file that
+/// only uses another one gets a warning.
 const KNOWN_EXTENSIONS: [&str; 23] = [
     instancing::NAME,
     meshopt::NAMES[0],
@@ -106,19 +107,20 @@ impl Scene {
 
     /// Loads the glTF 2.0 file at `path`, `-` for standard input: buffers, images, the chosen scene, every animation.
     ///
-    /// `docs/usage.md` lists the supported extensions. Points and lines are left out, and so are textures that cannot
-    /// be read, unless `options.strict`. Each simplification adds one of [`Scene::warnings`].
+    /// `docs/usage.md` lists the supported extensions. Points, lines and unreadable textures are left out; with
+    /// `options.strict`, unreadable textures are errors. Each simplification adds one of [`Scene::warnings`].
     ///
     /// # Errors
     /// [`Error::File`] in one sentence, for missing or damaged files, glTF 1.0, unsupported required extensions, and
-    /// scenes that need more memory than `options` allow: these are refused from their headers, before it is taken.
+    /// scenes that need more memory than `options` allow. These are refused from their headers, before memory is
+    /// allocated.
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, Error> {
         let mut need = Need::within(options.memory.clone().unwrap_or_else(Limit::host));
         let file = container::read(path, &mut need)?;
         Self::of_file(path, file, need, options)
     }
 
-    /// Loads a .glb that is in memory and refers to no other file; `name` is what errors and notes call it.
+    /// Loads a .glb that is in memory and refers to no other file. Errors and notes call it `name`.
     ///
     /// # Errors
     /// As for [`Scene::load`].
@@ -155,7 +157,7 @@ impl Scene {
             nodes::load_cameras(document, &tree, &shown, &mut scene)?;
             let shown = tree.visible(document, &shown);
             nodes::load_lights(document, &tree, &shown, &mut scene)?;
-            // All sizes are known before anything large is made.
+            // All sizes are known before large memory is allocated.
             need.add_meshes(document, &shown);
             need.add_animations(document);
             need.check()?;
@@ -188,8 +190,7 @@ fn hash_part(hash: &mut blake3::Hasher, bytes: &[u8]) {
     hash.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
 }
 
-/// Reads the text once. Only where it does not fit, its version is looked for alone: a glTF 1.0 document has another
-/// structure.
+/// Parses the text. If that fails, only its version is parsed, because a glTF 1.0 document has another structure.
 fn parse(path: &Path, json: Vec<u8>) -> Result<Document, Error> {
     #[derive(serde::Deserialize)]
     struct Head {
@@ -252,12 +253,12 @@ fn check_extensions(document: &Document, strict: bool) -> Result<(), Problem> {
     Ok(())
 }
 
-/// How else a file gets light that it takes from an image of its surroundings.
+/// An alternative for a file that takes its light from an image of its surroundings.
 fn hint(extension: &str) -> &'static str {
     if is_environment(extension) { "; give the image of its surroundings with --sky FILE.hdr" } else { "" }
 }
 
-/// Whether an extension lights the scene with such an image.
+/// Whether an extension lights the scene with an image of the surroundings.
 fn is_environment(name: &str) -> bool {
     ["_lights_image_based", "_lights_environment", "_environment_map", "_environments"]
         .iter()
@@ -270,8 +271,8 @@ fn changes_looks_alone(name: &str) -> bool {
     name.contains("_materials_") || is_environment(name) || OTHERS.contains(&name)
 }
 
-/// `None` for a buffer that only stands in for readers of less, and for one without a URI: it may belong to an ignored
-/// extension.
+/// Loads all buffers. `None` for a fallback of an extension, and for a buffer without a URI, which may belong to an
+/// ignored extension.
 fn load_buffers(
     document: &Document,
     folders: Folders,
@@ -302,7 +303,7 @@ fn load_buffers(
     opened.into_iter().enumerate().map(read).collect()
 }
 
-/// Checks that a node is not so far or large that its numbers overflow.
+/// Checks that a node's coordinates and scale do not overflow.
 fn check_near(node: usize, world: &DAffine3) -> Result<(), Problem> {
     // NaN, the product of 0 and an infinite scale, fails this comparison too.
     match world.to_cols_array().iter().all(|x| x.abs() <= COORDINATE_MAX) {

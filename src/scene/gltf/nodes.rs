@@ -63,8 +63,8 @@ impl NodeOrder {
         Ok((0..shown.len()).filter(|&n| shown[n]).collect())
     }
 
-    /// Those of the nodes `shown` that no KHR_node_visibility hides, at them or at a node above them: it hides meshes
-    /// and lights, and no cameras.
+    /// The nodes of `shown` that no KHR_node_visibility hides, at the node or at an ancestor. The extension hides
+    /// meshes and lights, but not cameras.
     pub fn visible(&self, document: &Document, shown: &[usize]) -> Vec<usize> {
         let mut hidden = vec![false; document.nodes.len()];
         for &index in &self.order {
@@ -103,14 +103,14 @@ fn local_transform(document: &Document, index: usize) -> Result<Transform, Probl
     Ok(trs(translation, rotation, scale))
 }
 
-/// A rotation without a direction is none.
+/// A transform from its parts. A rotation without a direction is ignored.
 pub fn trs(translation: DVec3, rotation: DQuat, scale: DVec3) -> Transform {
     let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY };
     Transform::Trs { translation, rotation, scale }
 }
 
-/// The root nodes of the scene with the name or index `wanted`, else of the default scene, else of the first, else all
-/// nodes.
+/// The root nodes of the scene with the name or index `wanted`. By default they are those of the default scene, else of
+/// the first scene, else all nodes.
 pub fn choose_roots(document: &Document, wanted: Option<&str>) -> Result<Vec<usize>, Problem> {
     let scenes = &document.scenes;
     let index = match wanted {

@@ -1,4 +1,4 @@
-//! Direct light alone: the smallest method, and where to start from for another.
+//! Direct light only: the smallest method, and a starting point for another one.
 
 use super::{IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::Result;

@@ -1,10 +1,10 @@
 //! Voxel cone tracing derived from photon mapping: one file per pass.
 //!
-//! The source is a set of notes ("VCT (Voxel Cone Tracing)") that take a voxel for a photon: `docs/notes/photons.md`
-//! lists what of them is wrong or open, and what is done instead. Samples of a multisampled raster say which voxels a
-//! triangle fills, and how much of each; every list item is lit; a voxel sums up what its items send in sixteen
-//! directions, and how much they stand in the way. Cones are drawn by the BRDF, each as wide as its share of it, and go
-//! through the volume in spheres that touch.
+//! The source is a set of notes ("VCT (Voxel Cone Tracing)") that treat a voxel as a photon. `docs/notes/photons.md`
+//! lists their errors and open points, and the solutions here. Samples of a multisampled raster find the voxels of a
+//! triangle and the share of each that it fills. Every list item is lit. A voxel sums the light that its items send in
+//! sixteen directions, and their opacity. Cones are sampled from the BRDF, each as wide as its share of it, and step
+//! through the volume in touching spheres.
 
 pub mod constants;
 pub mod cover;
@@ -26,13 +26,13 @@ pub use crate::settings::methods::photons::{Settings, Voxels};
 pub const PASS_UNITS: &[(&str, PassUnit)] =
     &[("cover", PassUnit::WalkedItems), ("shade", PassUnit::WalkedItems), ("mips", PassUnit::Voxels)];
 
-/// Of fill and mips: the map of what is sent, and opacity. `tests/device/passes_photons.rs` holds both.
+/// Forms of fill and mips: the map of sent light, and opacity. `tests/device/passes_photons.rs` checks both.
 const PARTS: &[&str] = &["", " OPACITY"];
 
-/// The light that every voxel sends in sixteen directions, a texel of an octahedral map each: stored radiance times the
-/// area that faces the direction, and that area, over a voxel's face. Every level of the map is 4 × 4 blocks of the
-/// level's grid. Beside it the opacity that travellers along +x +y +z meet, with the share of samples, and that of
-/// travellers along −x −y −z.
+/// The light that every voxel sends in sixteen directions, one texel of an octahedral map each: stored radiance times
+/// the area that faces the direction, and that area, over the area of a voxel's face. Every level of the map consists
+/// of 4 × 4 texels per voxel. Two more images hold opacity: for light that travels along +x +y +z with the share of
+/// samples, and for light that travels along −x −y −z.
 pub const PHOTON_VOLUME: VolumeKind = VolumeKind {
     labels: ["first bounce's", "second bounce's"],
     rows: ["first bounce's photons", "second bounce's photons"],
@@ -47,12 +47,12 @@ pub const PHOTON_VOLUME: VolumeKind = VolumeKind {
 };
 
 pub struct Lighting {
-    /// Unless the lists are made of samples.
+    /// `None` if the lists are made from samples.
     cover: Option<Cover>,
     shade: PerBounce<FillCells>,
     empty: EmptyCells,
     mips: MipCells,
-    /// One per bounce.
+    /// One volume per bounce.
     volumes: Vec<LightVolume>,
     constants: Vec<Constant>,
 }
@@ -110,18 +110,18 @@ impl IndirectMethod for Lighting {
     }
 
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
-        // Samples say how much of its voxel every listed triangle fills, unless the lists say so already.
+        // Samples measure how much of its voxel every listed triangle fills, unless the lists contain that already.
         if let Some(cover) = self.cover.as_ref().filter(|_| update.lists) {
             cover.record(r, ground);
         }
         self.shade.each(&self.volumes, update.history, |shade, from, to| {
-            // Voxels that the last lists filled and the new lists do not are emptied.
+            // Voxels that only the previous lists filled are emptied.
             if update.lists {
                 self.empty.record(r, ground, to, update.known);
             }
-            // Every photon is lit, the voxels sum up what their photons send,
+            // Every photon is lit, and the voxels sum the light of their photons.
             shade.record(r, ground, to, from.map_or_else(Vec::new, |volume| volume.binds().collect()));
-            // and coarser voxels sum up finer ones, per direction.
+            // Coarser voxels average finer ones, for each direction.
             self.mips.record(r, ground, to);
         });
     }
@@ -134,7 +134,7 @@ impl IndirectMethod for Lighting {
         self.volumes.last().map_or_else(Vec::new, |volume| volume.binds().collect())
     }
 
-    /// Of each bounce the map, then opacity forth and back.
+    /// For each bounce the map, then both opacities.
     fn images(&self) -> Vec<&Image> {
         self.volumes.iter().flat_map(|volume| &volume.images).collect()
     }

@@ -1,9 +1,9 @@
-//! The table `[rays]`.
+//! The settings `[rays]` of exact rays.
 
 use crate::settings::{Key, Range, Tracer, names, table};
 
 table! {
-    /// The defaults are the preset `balanced`.
+    /// The defaults are those of the preset `balanced`.
     Settings as "rays" {
         diffuse: u32 = 14, in "rays", Range::Whole(1, 128);
         "rays for diffuse light per gathered pixel, cosine-distributed";

@@ -1,13 +1,13 @@
-//! Raw Vulkan, made short once: a [`Context`], resources that free themselves, pipelines whose layouts come from
-//! reflection, and a [`Recorder`] that times what it records.
+//! A small layer over raw Vulkan: a [`Context`], resources that free themselves, pipelines whose layouts come from
+//! reflection, and a [`Recorder`] that times its passes.
 //!
-//! By itself: [`Context::new`], then per frame [`Recorder::new`] and [`Recorder::finish`], or [`Recorder::submit`] for
-//! several frames in flight. Within a host: [`Context::adopt`], a [`Slot`] per frame in flight, then per frame
-//! [`Recorder::on`] the host's command buffer.
+//! A program without its own device calls [`Context::new`], then for each frame [`Recorder::new`] and
+//! [`Recorder::finish`], or [`Recorder::submit`] for several frames in flight. A host calls [`Context::adopt`], keeps a
+//! [`Slot`] per frame in flight, and for each frame calls [`Recorder::on`] with its command buffer.
 //!
-//! Conventions: one queue; every image is in `GENERAL` layout from its creation on; every descriptor is pushed in set 0
-//! and named as in GLSL, and so is every specialisation constant; a mistake in a pass (a missing binding, an unknown
-//! constant, a push block of the wrong size) panics and names both.
+//! Conventions: there is one queue; every image is in `GENERAL` layout after its creation; every descriptor is pushed
+//! in set 0; descriptors and specialisation constants have the names of GLSL; a mistake in a pass (a missing binding,
+//! an unknown constant, a push block of the wrong size) panics and names both.
 
 mod device;
 mod pipeline;
@@ -17,7 +17,7 @@ mod resource;
 #[cfg_attr(not(internals), doc(hidden))]
 pub use pipeline::shader;
 
-/// The crates whose types a host hands over.
+/// The crates whose types a host passes.
 pub use {ash, gpu_allocator};
 
 pub use ash::vk::{

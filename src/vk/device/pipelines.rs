@@ -1,5 +1,5 @@
-//! The pipelines of a context. A changed setting compiles only what depends on it, and what was set before compiles
-//! nothing.
+//! The pipelines of a context. A changed setting compiles only the pipelines that depend on it, and earlier settings
+//! compile none.
 
 use super::context::Context;
 use crate::Result;
@@ -8,20 +8,20 @@ use std::any::Any;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// So many that nothing uses are kept: those of three frames. They take a few MiB each on llvmpipe.
+/// The number of unused pipelines that are kept, those of about three frames. They take a few MiB each on llvmpipe.
 const IDLE: usize = 64;
 
-/// A pipeline as its context sees it.
+/// A pipeline as its context stores it.
 pub(in crate::vk) trait Pipeline: Any + Send + Sync {
     fn label(&self) -> &str;
 
-    /// The pipeline, waited for.
+    /// The pipeline, after waiting for it.
     fn made(&self) -> std::result::Result<vk::Pipeline, vk::Result>;
 
-    /// Whether the driver is known to have failed to make it.
+    /// Whether the driver is known to have failed to create it.
     fn has_failed(&self) -> bool;
 
-    /// Destroys what was made. Nothing in flight may refer to it.
+    /// Destroys the pipeline. No work in flight may use it.
     unsafe fn destroy(&self, device: &ash::Device);
 }
 
@@ -30,18 +30,18 @@ type KeptPipeline = (String, Arc<dyn Pipeline>);
 
 #[derive(Default)]
 pub(in crate::vk) struct Pipelines {
-    /// The last used stand last.
+    /// Pipelines in the order of their last use.
     kept: Mutex<Vec<KeptPipeline>>,
     compiled: AtomicU64,
 }
 
 impl Pipelines {
-    /// How many were made so far.
+    /// The number of pipelines created so far.
     pub(in crate::vk) fn compiled(&self) -> u64 {
         self.compiled.load(Ordering::Relaxed)
     }
 
-    /// Each pipeline's label and the pipeline, waited for.
+    /// The label of each pipeline and the pipeline, after waiting for it.
     pub(in crate::vk) fn labelled(&self) -> Vec<(String, std::result::Result<vk::Pipeline, vk::Result>)> {
         self.kept().iter().map(|(_, pipeline)| (pipeline.label().to_owned(), pipeline.made())).collect()
     }
@@ -50,7 +50,7 @@ impl Pipelines {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The pipeline that was made of the same, or what `make` starts to make.
+    /// The existing pipeline with the same description, or a new one by `make`.
     pub(in crate::vk) fn find_or_make<P: Pipeline>(
         &self,
         made_of: String,
@@ -73,7 +73,7 @@ impl Pipelines {
         Ok(pipeline)
     }
 
-    /// Takes out those that nothing uses, the longest unused first, until [`IDLE`] are left.
+    /// Removes unused pipelines, least recently used first, until [`IDLE`] are left.
     fn take_surplus(&self) -> Vec<KeptPipeline> {
         let mut kept = self.kept();
         let unused = |(_, pipeline): &KeptPipeline| Arc::strong_count(pipeline) == 1;
@@ -86,7 +86,7 @@ impl Pipelines {
         taken.collect()
     }
 
-    /// Destroys all. Nothing may be in flight.
+    /// Destroys all pipelines. No work may be in flight.
     pub(in crate::vk) unsafe fn close(&self, device: &ash::Device) {
         for (_, pipeline) in self.kept().drain(..) {
             // SAFETY: the caller's.
@@ -107,7 +107,7 @@ impl Context {
             pipeline.made().map_err(error)?;
         }
         for (_, pipeline) in self.pipelines.take_surplus() {
-            // SAFETY: nothing uses it: what is in flight holds what it uses.
+            // SAFETY: no work uses it, because work in flight keeps its pipelines.
             unsafe { pipeline.destroy(self.device()) };
         }
         Ok(())

@@ -1,6 +1,5 @@
-// Lights the items of the lists, a thread per item that is lit, or takes this pass into the mean of what they send. A
-// thread per voxel would have rays in a loop: llvmpipe ends every loop of an invocation once all of them together have
-// gone round 65535 times.
+// Lights the items of the lists, a thread per lit item, or adds this pass to the mean of their light. A thread per
+// voxel would trace rays in a loop, and llvmpipe ends every loop of an invocation after 65,535 iterations in total.
 //! given const bool CLIPS_ITEMS = true;
 //! given const bool LIGHTS_FRONTS = false;
 
@@ -13,11 +12,11 @@ layout(scalar) buffer ItemLights { ItemLight item_lights[]; };
 layout(scalar) readonly buffer LitItems { uint lit_items[]; };
 
 layout(push_constant) uniform SharesPush {
-    uint first; // of the items, in 1/ITEM_SHARES
+    uint first; // share of the items, in 1/ITEM_SHARES
     uint end;
 } push;
 
-// The block of 64 items where a share of `count` items begins.
+// The block of 64 items at which a share of `count` items begins.
 uint share_start(uint count, uint share) {
     return (count / ITEM_SHARES * share + count % ITEM_SHARES * share / ITEM_SHARES) / 64u;
 }

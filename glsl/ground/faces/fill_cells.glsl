@@ -1,4 +1,4 @@
-// Fills the occupied voxels, a thread each, with what light_items.glsl left of their lists.
+// Fills the occupied voxels, a thread each, with the light of their items from light_items.glsl.
 //! given const uint FILL = 3u;
 
 #include "common/triangle_box.glsl"

@@ -72,29 +72,29 @@ pub struct PassTiming {
     pub frames_gpu_ms: Vec<f64>,
 }
 
-/// How many frames are timed.
+/// The number of frames to time.
 #[derive(Clone, Copy, Debug)]
 pub struct Count {
-    /// Frames to warm up, which come first.
+    /// Warm-up frames, which come first.
     pub warm_up: usize,
     pub least: usize,
     pub most: usize,
-    /// No further frame is timed once those before took so many milliseconds together: long frames vary little.
+    /// No further frame is timed once the measured ones took this many milliseconds together, because long frames vary
+    /// little.
     pub enough_ms: f64,
 }
 
 impl Count {
-    /// Whether another frame is timed after those that took `wall_ms`.
+    /// Whether another frame is timed after frames that took `wall_ms`.
     pub fn goes_on(&self, wall_ms: impl ExactSizeIterator<Item = f64>) -> bool {
         let timed = wall_ms.len();
         timed < self.least || (timed < self.most && wall_ms.sum::<f64>() < self.enough_ms)
     }
 
-    /// Renders frames, each of which makes lists and light again as if something had moved. `go_on` is asked before
-    /// each.
+    /// Renders frames, each of which rebuilds lists and light as after motion. `go_on` is called before each.
     ///
     /// # Errors
-    /// Those of `go_on` and of a frame.
+    /// Errors of `go_on` and of a frame.
     pub fn frames(
         &self,
         renderer: &mut Renderer,
@@ -120,12 +120,12 @@ pub struct Timings {
 }
 
 impl Timings {
-    /// Leaves out the first `warm_up` frames, which compile shaders and fill caches.
+    /// Excludes the first `warm_up` frames, which compile shaders and fill caches.
     pub fn new(warm_up: usize) -> Self {
         Self { warm_up, reports: Vec::new() }
     }
 
-    /// Of these frames, all of which count.
+    /// The times of these frames, without warm-up.
     pub fn of_reports(reports: impl IntoIterator<Item = FrameReport>) -> Self {
         Self { warm_up: 0, reports: reports.into_iter().collect() }
     }
@@ -134,12 +134,12 @@ impl Timings {
         self.reports.push(frame);
     }
 
-    /// The frames to warm up that were rendered.
+    /// The number of warm-up frames that were rendered.
     pub fn warm_up(&self) -> usize {
         self.warm_up.min(self.reports.len())
     }
 
-    /// Every frame, those to warm up first.
+    /// Every frame, warm-up frames first.
     pub fn all(&self) -> &[FrameReport] {
         &self.reports
     }
@@ -164,7 +164,7 @@ impl Timings {
         Spread::of_values(self.frames().map(|frame| frame.zones.iter().map(|zone| zone.gpu_ms).sum()))
     }
 
-    /// Milliseconds of processor time of a frame, where the system tells it.
+    /// Milliseconds of processor time of a frame, if the system reports it.
     pub fn frame_cpu_ms(&self) -> Option<Spread> {
         let reports = &self.reports[self.warm_up()..];
         reports.iter().map(|frame| frame.cpu_ms).collect::<Option<Vec<f64>>>().map(Spread::of_values)
@@ -247,7 +247,7 @@ impl Timings {
     }
 }
 
-/// `12.3 MiB`, `4.0 KiB` or `17 B`.
+/// A size such as `12.3 MiB`, `4.0 KiB` or `17 B`.
 pub fn short_bytes(bytes: u64) -> String {
     let value = bytes as f64;
     match bytes {

@@ -28,7 +28,7 @@ impl Units {
         ((world - self.center) / self.size).as_vec3()
     }
 
-    /// A length or distance.
+    /// A length or distance in units.
     pub fn length(&self, metres: f32) -> f32 {
         (metres as f64 / self.size) as f32
     }
@@ -86,13 +86,13 @@ pub struct Geometry<'a> {
     /// Counter-clockwise seen from the front.
     pub triangles: Vec<[Vec3; 3]>,
     pub sources: Vec<TriangleSource>,
-    /// The scene's, or others in their places: see [`Self::show`].
+    /// The scene's materials, or replacements of them: see [`Self::show`].
     pub materials: &'a [Material],
-    /// Per material.
+    /// Flags of each material.
     pub flags: Vec<MaterialFlags>,
-    /// Per instance.
+    /// Frames of each instance.
     frames: Vec<WorldFrame>,
-    /// As the pose deforms them.
+    /// Meshes as the pose deforms them.
     meshes: Vec<Cow<'a, Mesh>>,
 }
 
@@ -122,7 +122,7 @@ impl<'a> Geometry<'a> {
         geometry
     }
 
-    /// Shows these materials in the places of the scene's.
+    /// Replaces the scene's materials by these.
     pub fn show(&mut self, materials: &'a [Material]) {
         self.materials = materials;
         self.flags = materials.iter().map(MaterialFlags::of_material).collect();

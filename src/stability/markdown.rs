@@ -1,5 +1,5 @@
-//! The tables of `docs/stability.md` and `docs/notes/stability.md`, from rows that are kept as `rows.csv`. The prose of
-//! the second page is in `page.md`.
+//! The tables of `docs/stability.md` and `docs/notes/stability.md`, from rows in `rows.csv`. `page.md` has the prose of
+//! the second page.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use super::export::{Line, read_csv};
 use crate::lab::table::{MISSING, fill, markdown};
 use crate::settings::PRESETS;
 
-/// The cases that have rows, and the rows of each.
+/// The cases with rows, and their rows.
 fn measured<'a>(all: &[&'a Line]) -> Vec<(&'static Case, Vec<&'a Line>)> {
     let of_case = |case: &'static Case| -> (&'static Case, Vec<&'a Line>) {
         (case, all.iter().copied().filter(|line| line.case == case.name).collect())
@@ -46,7 +46,7 @@ pub fn page(csv: &str) -> Result<String, String> {
     fill(include_str!("page.md"), table).map_err(|error| error.to_string())
 }
 
-/// The presets of some rows, in the order of the program.
+/// The presets of some rows in the program's order.
 fn presets(lines: &[&Line]) -> Vec<&'static str> {
     PRESETS.iter().map(|preset| preset.name).filter(|name| lines.iter().any(|line| line.preset == *name)).collect()
 }
@@ -55,7 +55,7 @@ fn grids(lines: &[&Line]) -> Vec<u32> {
     lines.iter().map(|line| line.grid).collect::<BTreeSet<u32>>().into_iter().collect()
 }
 
-/// Of a case's rows the one of a preset on a grid.
+/// The row of a preset and a grid among a case's rows.
 fn find<'a>(lines: &[&'a Line], preset: &str, grid: u32) -> Option<&'a Line> {
     lines.iter().copied().find(|line| line.preset == preset && line.grid == grid)
 }
@@ -76,12 +76,12 @@ fn coded(name: &str) -> String {
     format!("`{name}`")
 }
 
-/// Every case and preset on the middle grid. `details`: the page that has a section for each case.
+/// Every case and preset on the middle grid. `details` is the page with a section for each case.
 fn overview(all: &[&Line], cases: &[(&Case, Vec<&Line>)], details: &str) -> String {
     let (grids, presets) = (grids(all), presets(all));
     let Some(grid) = grids.get((grids.len().max(1) - 1) / 2).copied() else { return String::new() };
     let row = |(case, lines): &(&Case, Vec<&Line>)| {
-        // As pages make anchors of headings.
+        // The anchor follows the rule for headings.
         let anchor: String = case.name.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').collect();
         let first = [format!("[{}]({details}#{anchor})", case.name), case.unit.value_in_words(case.ideal)];
         first.into_iter().chain(presets.iter().map(|preset| cell(case, find(lines, preset, grid)))).collect::<Vec<_>>()
@@ -90,7 +90,7 @@ fn overview(all: &[&Line], cases: &[(&Case, Vec<&Line>)], details: &str) -> Stri
     format!("## At {grid}³\n\n{}", markdown(head, "-:", cases.iter().map(row)))
 }
 
-/// The presets beyond the limit, by how much, and what to do; or the presets that were measured where all keep it.
+/// The presets beyond the limit with their distances and advice; or, if none is, the measured presets.
 fn sentence(grids: &[u32], case: &Case, lines: &[&Line]) -> String {
     let far = |preset: &&str| {
         let of_preset = grids.iter().filter_map(|grid| find(lines, preset, *grid)).filter(|line| fails(case, line));
@@ -121,7 +121,7 @@ fn section(grids: &[u32], case: &Case, lines: &[&Line]) -> String {
     format!("\n## {}\n\n{} Ideal {ideal}, limit ±{limit}.\n\n{table}", case.name, case.meaning)
 }
 
-/// The other numbers of a case, medians over the places, on its coarsest grid.
+/// The further numbers of a case, medians over the places, on its coarsest grid.
 fn further_table(lines: &[&Line]) -> String {
     let with_more = || lines.iter().copied().filter(|line| line.further().next().is_some());
     let Some(grid) = with_more().map(|line| line.grid).min() else { return String::new() };

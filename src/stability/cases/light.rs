@@ -1,5 +1,4 @@
-//! How much light arrives, where that is known: in simple scenes, of lamps that are many or bright, in scenes made by
-//! chance.
+//! Cases with a known amount of light: in simple scenes, with many or bright lamps, and in random scenes.
 
 use glam::DVec3;
 
@@ -35,7 +34,7 @@ pub const RUNS: &[(&str, Run)] = &[
     ("random", random_scenes),
 ];
 
-/// The light on a floor within three pixels of a thing that stands on it, over the path tracer's.
+/// The light on a floor within three pixels of an object on it, over the path tracer's.
 fn contacts(cell: &Cell) -> Result<Vec<Sample>> {
     of_all(&STANDING, |kind| {
         let stage = standing(kind);
@@ -47,7 +46,7 @@ fn contacts(cell: &Cell) -> Result<Vec<Sample>> {
             let image = studio.shoot(place)?;
             let places = Shown { image: &image, view };
             let on_floor = |i: usize| places.place(i).is_some_and(|at| (at.y + ROOM).abs() < 1e-3);
-            // Walls are further off, and so is the ceiling.
+            // Walls and the ceiling are farther away.
             let on_thing = |i: usize| {
                 let inside = |at: DVec3| at.x.abs().max(at.z.abs()) < 0.98 && at.y < 0.65 - ROOM;
                 !on_floor(i) && places.place(i).is_some_and(inside)
@@ -70,8 +69,8 @@ fn furnaces(cell: &Cell, albedo: f32) -> Result<Vec<Sample>> {
     let (stage, albedo) = (furnace(albedo), f64::from(albedo));
     let ideal = match cell.settings.bounces {
         Bounces::All => 1.0 / (1.0 - albedo),
-        // Emission, its direct light, and as many bounces. The first gather finds the direct light of lamps that are
-        // gathered.
+        // The total includes emission, its direct light, and the bounces. The first gather finds the direct light of
+        // gathered lamps.
         finite => {
             let terms = finite.stored() + 2 - u32::from(cell.settings.lights.lamps == LampLight::Gathered);
             (0..terms).map(|k| albedo.powi(k as i32)).sum()
@@ -89,7 +88,7 @@ fn furnaces(cell: &Cell, albedo: f32) -> Result<Vec<Sample>> {
 fn spheres(cell: &Cell) -> Result<Vec<Sample>> {
     at_places(cell, sphere(), |studio, place| {
         let image = studio.shoot(place)?;
-        // Pixels at the sphere's outline show the sky too.
+        // Pixels at the sphere's outline also show the sky.
         let width = image.width as usize;
         let inside = |i: &usize| {
             let [x, y] = [i % width, i / width].map(|at| (at as f64 + 0.5) / width as f64 - 0.5);

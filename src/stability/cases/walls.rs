@@ -1,4 +1,4 @@
-//! Light that walls let through although they should not, or keep back although they should let it through.
+//! Cases of walls and gaps: light that passes where it should not, or is blocked where it should pass.
 
 use super::{Run, Shown, at_places, energy, of_all, rel, sum};
 use crate::Result;
@@ -57,8 +57,8 @@ fn brightest(image: &Layers, pixel: usize) -> f64 {
     f64::from(image.beauty()[pixel].into_iter().fold(0.0, f32::max))
 }
 
-/// Of the pixels that show the stage's dark half, x > 0, and next to which none shows the lit one, the brightest, over
-/// the median of the lit half's.
+/// The brightest pixel that shows the stage's dark half, x > 0, without a neighbour that shows the lit half, over the
+/// median of the lit half.
 fn leaks_across(cell: &Cell, stage: &Stage, views: &[View]) -> Result<Vec<Sample>> {
     of_all(views, |view| {
         at_places(cell, Stage { view: *view, ..stage.clone() }, |studio, place| {
@@ -68,7 +68,7 @@ fn leaks_across(cell: &Cell, stage: &Stage, views: &[View]) -> Result<Vec<Sample
             let bright = |i: usize| brightest(&image, i);
             let pixels = 0..image.beauty().len();
             let is_lit = |i: usize| across(i).is_some_and(|x| x < 0.0);
-            // The lamp itself may be seen: so the median.
+            // The lamp itself may be visible, hence the median.
             let lit = Spread::of_values(pixels.clone().filter(|&i| is_lit(i)).map(bright));
             let dark = pixels.filter(|&i| across(i).is_some() && !places.about(i, 1).any(is_lit)).map(bright);
             let number = dark.fold(0.0, f64::max) / lit.median;
@@ -77,7 +77,7 @@ fn leaks_across(cell: &Cell, stage: &Stage, views: &[View]) -> Result<Vec<Sample
     })
 }
 
-/// The brightest pixel of the dark room behind a shut door, over the median of the lit room's.
+/// The brightest pixel of the dark room behind a closed door, over the median of the lit room.
 fn leaks_at_a_door(cell: &Cell) -> Result<Vec<Sample>> {
     leaks_in(cell, doorway(0.0), |dark, lit| {
         let of = |image: &Layers| Spread::of_values((0..image.beauty().len()).map(|i| brightest(image, i)));
@@ -96,7 +96,7 @@ fn back_sides(cell: &Cell) -> Result<Vec<Sample>> {
     })
 }
 
-/// A number of the image and the path tracer's, at turned places.
+/// A number computed from the image and the path tracer's, at rotated places.
 pub fn against_truth(
     cell: &Cell,
     stage: Stage,
@@ -105,7 +105,7 @@ pub fn against_truth(
     against_truth_at(cell, stage, "", &cell.turned_places(), number)
 }
 
-/// As [`against_truth`], at `places` of a scene that is called `name` among others, or nothing.
+/// As [`against_truth`], at `places` of a scene. `name` distinguishes it from other scenes of the case, or is empty.
 pub fn against_truth_at(
     cell: &Cell,
     stage: Stage,

@@ -76,28 +76,26 @@ RayHit walk_ray(vec3 origin, vec3 d, float least) {
     float most = w.leave;
     uint tested = 0u; // tested triangles of the current leaf
     for (uint k = 0u; k < 65535u && w.node != 0u; k++) {
-        RayHit masked =
-            RayHit(0u, vec2(0.0), 1e30); // candidate for the nearest hit, whose textures are read outside of the loop
-        for (uint l = 0u; l < 65535u && masked.triangle == 0u && w.node != 0u;
-             l++) // the nearest with textures to be read outside
+        RayHit masked = RayHit(0u, vec2(0.0), 1e30); // its textures are read outside of the loop
+        for (uint l = 0u; l < 65535u && masked.triangle == 0u && w.node != 0u; l++) {
             // A found leaf stays current until all of it is tested.
             most = tested == 0u ? min(w.leave, best.distance) : most;
-        uint leaf = next_leaf(w, max(w.enter, least), most);
-        uint count = leaf_count(leaf); // at most two
-        test_nearest(leaf, 0u, origin, d, least, w.leave, tested, best, masked);
-        test_nearest(leaf, 1u, origin, d, least, w.leave, tested, best, masked);
-        bool done = tested >= count;
-        tested = done ? 0u : tested;
-        pass_leaf(w, done);
-    }
-    if (feature(FEATURE_MASK)) {
-        for (uint j = 0u; j < min(masked.triangle, 1u); j++) {
-            if (is_present(masked.triangle - 1u, masked.uv)) {
-                best = masked;
+            uint leaf = next_leaf(w, max(w.enter, least), most);
+            uint count = leaf_count(leaf); // at most two
+            test_nearest(leaf, 0u, origin, d, least, w.leave, tested, best, masked);
+            test_nearest(leaf, 1u, origin, d, least, w.leave, tested, best, masked);
+            bool done = tested >= count;
+            tested = done ? 0u : tested;
+            pass_leaf(w, done);
+        }
+        if (feature(FEATURE_MASK)) {
+            for (uint j = 0u; j < min(masked.triangle, 1u); j++) {
+                if (is_present(masked.triangle - 1u, masked.uv)) {
+                    best = masked;
+                }
             }
         }
     }
-}
-COUNT(RAYS_CUT, w.node != 0u ? 1u : 0u);
-return best;
+    COUNT(RAYS_CUT, w.node != 0u ? 1u : 0u);
+    return best;
 }

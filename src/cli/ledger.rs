@@ -1,4 +1,4 @@
-//! `twobounce ledger`: measures the rows of a method's ledger and fills their last cells in its page.
+//! `twobounce ledger`: measures the rows of a method's ledger and fills the last cells in its page.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -33,7 +33,7 @@ pub struct LedgerArgs {
     /// The scene to measure on
     #[arg(value_name = "SCENE", default_value = "assets/gallery.glb")]
     pub scene: PathBuf,
-    /// The method whose source is measured: cones, lpv or photons
+    /// The method of the ledger: cones, lpv or photons
     #[arg(long, value_name = "METHOD", default_value = "cones", value_parser = method)]
     pub method: Method,
     /// The page to write [default: docs/notes/ledger.md, docs/notes/lpv.md or docs/notes/photons.md]
@@ -54,12 +54,12 @@ fn method(text: &str) -> std::result::Result<Method, String> {
     })
 }
 
-/// Edge of the grid that changes are measured on: D19's numbers are for it.
+/// Edge of the grid on which changes are measured; D19's numbers are for it.
 const EDGE: u32 = 32;
-/// Edge of the grid of the table `fills`, and the noise of its references, as a share.
+/// Edge of the grid of the table `fills`, and the noise of its references as a share.
 const FILL_EDGE: u32 = 64;
 const FILL_NOISE: f64 = 0.025;
-/// Pixels a side of a furnace's image: every pixel should be the same.
+/// Side in pixels of a furnace's image, in which every pixel should be equal.
 const FURNACE_PIXELS: u32 = 48;
 
 pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
@@ -67,7 +67,7 @@ pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
     let ledger = LEDGERS.iter().find(|ledger| ledger.method == args.method).expect("the flag takes no other method");
     let output = args.output.clone().unwrap_or_else(|| ledger.page.into());
     file::check_writable(&output)?;
-    // A page that people have changed since the program was built keeps what they wrote.
+    // A page that was edited since the program was built keeps its edits.
     let page = std::fs::read_to_string(&output).unwrap_or_else(|_| ledger.text.to_owned());
     let lines = lines(&page).map_err(|error| Error::file(&output, error.to_string()))?;
     let base = Settings { voxels: EDGE, ..Settings::preset(ledger.preset)? };
@@ -91,10 +91,10 @@ struct LedgerRows {
     specimen: Specimen,
     base: Settings,
     size: (u32, u32),
-    /// The scene under many settings; each is rendered once.
+    /// Images of the scene under many settings, each rendered once.
     made: BTreeMap<String, LinearPixels>,
     lines: Vec<Line>,
-    /// By the places of lines in the page.
+    /// Results by the indices of lines in the page.
     results: BTreeMap<usize, Vec<String>>,
     page: String,
     output: PathBuf,
@@ -141,7 +141,7 @@ impl Experiment for LedgerRows {
 
     fn write(&mut self, running: bool) -> Result<()> {
         if running {
-            return Ok(()); // The page names one device, so it is written whole.
+            return Ok(()); // the page names one device, so it is written as a whole
         }
         let page = with_results(&self.page, |at| self.results.get(&at).map(Vec::as_slice));
         file::write(&self.output, page.as_bytes())
@@ -151,7 +151,7 @@ impl Experiment for LedgerRows {
 type LinearPixels = Vec<[f32; 3]>;
 
 impl LedgerRows {
-    /// How far `printed` changes the image with `right`, and how much brighter it makes it.
+    /// How much `printed` changes the image with `right`, and the ratio of their brightness.
     fn change(&mut self, context: &Arc<Context>, right: &[String], printed: &[String]) -> Result<Vec<String>> {
         let before = self.image(context, &[right, printed].concat())?;
         let after = self.image(context, right)?;
@@ -169,7 +169,7 @@ impl LedgerRows {
         }
         let (mut settings, mut specimen) = (self.base.clone(), self.specimen.clone());
         for assignment in assignments {
-            // The sky is the scene's, not a setting.
+            // The sky belongs to the scene, and is not a setting.
             match assignment.strip_prefix("sky=") {
                 Some(sky) => {
                     let sky = sky.parse().map_err(|_| Error::Usage(format!("no sky: {sky}")))?;
@@ -206,12 +206,12 @@ fn fill(context: &Arc<Context>, path: &str, assignments: &[String], size: (u32, 
     Ok(format!("{rel:.3}, {energy:.3}"))
 }
 
-/// The mean over a furnace's pixels, the darkest and the brightest one, all over what is right.
+/// The mean over a furnace's pixels, the darkest and the brightest one, all divided by the exact value.
 fn furnace(context: &Arc<Context>, room: &Specimen, fill: &[String], albedo: f32, edge: u32) -> Result<String> {
     let mut settings = Settings { voxels: edge, ..Settings::corrected() };
     fill.iter().try_for_each(|assignment| settings.set(assignment))?;
     let image = render(context, room, &settings, room.options((FURNACE_PIXELS, FURNACE_PIXELS)))?;
-    // Every bounce adds the albedo of what came before.
+    // Every bounce multiplies the previous light by the albedo and adds it.
     let expected: f64 = (0..=2).map(|bounce| f64::from(albedo).powi(bounce)).sum();
     let ratios: Vec<f64> = image.beauty().iter().map(|p| f64::from(p[1]) / expected).collect();
     let (least, most) = ratios.iter().fold((f64::INFINITY, 0.0f64), |(a, b), &v| (a.min(v), b.max(v)));

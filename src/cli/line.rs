@@ -1,5 +1,4 @@
-//! Progress of long work on standard error: on a terminal one line that is rewritten, otherwise a line every ten
-//! seconds.
+//! Progress of long work on standard error: one rewritten line on a terminal, otherwise a line every ten seconds.
 
 pub mod course;
 
@@ -13,12 +12,12 @@ use twobounce::vk::Step;
 use super::threads;
 use course::{Course, stage};
 
-/// How often the line is written again where there is no terminal, and on one.
+/// The interval of writing the line without a terminal, and on one.
 const EVERY: Duration = Duration::from_secs(10);
 const EVERY_ON_TERMINAL: Duration = Duration::from_millis(200);
-/// Work that takes less shows nothing on a terminal.
+/// Shorter work shows nothing on a terminal.
 const SHORT: Duration = Duration::from_millis(500);
-/// Characters: a longer line would wrap, and could not be rewritten.
+/// The maximum width in characters: a longer line would wrap, and could not be rewritten.
 const WIDTH: usize = 79;
 
 static LINE: Mutex<Line> = Mutex::new(Line { quiet: false, verbose: false, work: None, on_terminal: false });
@@ -28,19 +27,19 @@ struct Line {
     /// Whether the line names passes and bands.
     verbose: bool,
     work: Option<Shown>,
-    /// Whether a terminal shows it now.
+    /// Whether a terminal shows the line now.
     on_terminal: bool,
 }
 
-/// The work under way.
+/// The current work.
 struct Shown {
     began: Instant,
     written: Instant,
     text: String,
-    /// How long the work still takes, as far as that is known, and since when.
+    /// The remaining time as far as it is known, and when it was estimated.
     left: Option<(Instant, Duration)>,
     pass: Option<RunningPass>,
-    /// Of a frame of a run.
+    /// The frame of a run.
     frame: Option<Course>,
 }
 
@@ -49,7 +48,7 @@ struct RunningPass {
     share: f64,
 }
 
-/// Work under way; the line goes when this is dropped.
+/// Work in progress; dropping it removes the line.
 pub struct Work(());
 
 impl Work {
@@ -61,10 +60,10 @@ impl Work {
         Self(())
     }
 
-    /// The present step, and how long the rest takes.
+    /// Reports the current step, and the time for the rest.
     pub fn is_at(&self, text: String, left: Option<Duration>) {
         let (mut line, now) = (line(), Instant::now());
-        // Other work in between took the line along when it ended.
+        // Other work in between removed the line when it ended.
         let work = line.work.get_or_insert_with(|| Shown::new(String::new(), now));
         (work.text, work.pass, work.frame) = (text, None, None);
         work.left = left.map(|left| (now, left));
@@ -85,13 +84,12 @@ impl Drop for Work {
     }
 }
 
-/// From now on, progress and what is said go nowhere, or where they went before. Notes and errors are written all the
-/// same.
+/// Turns progress and other output off or on. Notes and errors are always written.
 pub fn be_quiet(quiet: bool) {
     line().quiet = quiet;
 }
 
-/// From now on, progress names passes and bands.
+/// Whether progress names passes and bands from now on.
 pub fn be_verbose(verbose: bool) {
     line().verbose = verbose;
 }
@@ -100,7 +98,7 @@ pub fn is_quiet() -> bool {
     line().quiet
 }
 
-/// Takes the line off the terminal, before something else is written there.
+/// Removes the line from the terminal before other output.
 pub fn clear() {
     let mut line = line();
     if std::mem::take(&mut line.on_terminal) {
@@ -108,7 +106,7 @@ pub fn clear() {
     }
 }
 
-/// Shows how far a frame's passes are.
+/// Shows the progress of a frame's passes.
 pub fn step(step: Step) {
     line().work.iter_mut().for_each(|work| work.step(step, Instant::now()));
 }
@@ -143,7 +141,7 @@ impl Shown {
         self.pass = Some(RunningPass { name: step.pass, share: step.share });
     }
 
-    /// The text that is to be written now, if any.
+    /// The text to be written now, if any.
     fn due(&mut self, now: Instant, terminal: bool, verbose: bool) -> Option<String> {
         let due = if terminal { now - self.began >= SHORT } else { now - self.written >= EVERY };
         due.then(|| {
@@ -153,7 +151,7 @@ impl Shown {
         })
     }
 
-    /// The work at hand, and the time that the whole of it still takes; where this is not known, the time so far.
+    /// The current work, and the remaining time of all of it, or the time so far if that is unknown.
     fn progress_in_words(&self, now: Instant, verbose: bool) -> String {
         let mut words = self.text.clone();
         match &self.pass {
@@ -167,7 +165,7 @@ impl Shown {
         }
         let own = self.left.map(|(since, left)| (left.saturating_sub(now - since), false));
         let left = own.or_else(|| self.frame.as_ref()?.left(now));
-        // A lower bound of nothing says nothing.
+        // A lower bound of 0 is not shown.
         match left.filter(|(left, at_least)| !at_least || *left >= Duration::from_secs(1)) {
             Some((left, at_least)) => {
                 words + &format!(", {} {} left", if at_least { "at least" } else { "about" }, duration(left))
@@ -178,8 +176,8 @@ impl Shown {
     }
 }
 
-/// How long the rest takes if it takes as long as all before, which `spent` went into. The latest alone would say less:
-/// rows alternate between scenes, and one takes ten times as long as another.
+/// The time for the rest at the average rate so far, of which `spent` is the time. The latest rate alone would be
+/// worse: rows alternate between scenes, and one takes ten times as long as another.
 pub fn left(spent: Duration, done: u64, all: u64) -> Option<Duration> {
     (0 < done && done < all).then(|| spent.mul_f64((all - done) as f64 / done as f64))
 }

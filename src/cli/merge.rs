@@ -1,4 +1,4 @@
-//! `twobounce merge`: what several machines made, as one.
+//! `twobounce merge`: joins the results of several machines.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -18,20 +18,20 @@ use twobounce::{Error, Result};
 use super::{outputs, threads};
 use crate::say;
 
-/// Folders of `chart`, `study --rows` and `stability` become one folder with every row and one page; rows that two of
-/// them have must be the same but for their times. Films of `reference --samples` become one film or image.
+/// Folders of `chart`, `study --rows` and `stability` become one folder with every row and one page; rows that occur in
+/// two folders must be equal except for their times. Films of `reference --samples` become one film or image.
 #[derive(Args, Debug)]
 pub struct MergeArgs {
-    /// The folders, or the films, to put together
+    /// The folders, or the films, to join
     #[arg(value_name = "PART", required = true)]
     pub parts: Vec<PathBuf>,
-    /// The folder, the .film or the .exr to write; a folder may have rows already
+    /// The folder, the .film or the .exr to write; a folder may already have rows
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
-    /// Of charts: join the times of several machines in one frontier, and say so; without this each machine has its own
+    /// For charts: join the times of several machines in one frontier, with a note; otherwise each machine has its own
     #[arg(long)]
     pub mix_machines: bool,
-    /// Of charts: show earlier rows of the same settings beside today's
+    /// For charts: also show earlier rows of the same settings
     #[arg(long)]
     pub history: bool,
 }
@@ -89,15 +89,15 @@ fn merge_films(args: &MergeArgs) -> Result<()> {
     Ok(())
 }
 
-/// The output as one of the parts, if it has rows already, then the others.
+/// The output as one of the parts if it already has rows, then the others.
 fn folders<R: ExperimentRow>(args: &MergeArgs) -> Vec<&Path> {
     let own = Some(args.output.as_path()).filter(|output| R::KIND.marks(output));
     let others = args.parts.iter().map(PathBuf::as_path).filter(|part| !file::is_same(part, &args.output));
     own.into_iter().chain(others).collect()
 }
 
-/// Puts rows into one folder, lets `write` make its pages, which has the number of rows that should be there, and says
-/// what came together. `order`: the addresses of all rows.
+/// Joins rows in one folder, lets `write` make its pages (with the number of planned rows), and prints a summary.
+/// `order` holds the addresses of all rows.
 fn merge_rows<R: ExperimentRow>(
     args: &MergeArgs,
     folders: &[&Path],

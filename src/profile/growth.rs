@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::Subject;
+use super::RepeatedFrame;
 use crate::Result;
 use crate::measure::timing::Timings;
 use crate::renderer::RenderOptions;
@@ -61,7 +61,7 @@ pub struct Along {
 pub type RunResult = std::result::Result<Timings, String>;
 
 /// The runs along all three axes.
-pub fn runs(subject: &Subject) -> Vec<Along> {
+pub fn runs(subject: &RepeatedFrame) -> Vec<Along> {
     let (settings, options) = (&subject.settings, &subject.options);
     let along = |axis, what: String, value| Along {
         axis,
@@ -98,10 +98,10 @@ impl Along {
     ///
     /// # Errors
     /// A lost device, an interruption, or too little device memory.
-    pub fn run(&self, context: &Arc<Context>, subject: &Subject, frames: u32) -> Result<Timings> {
+    pub fn run(&self, context: &Arc<Context>, subject: &RepeatedFrame, frames: u32) -> Result<Timings> {
         let scene = self.scene.as_ref().unwrap_or(subject.scene);
         let (settings, options) = (self.settings.clone(), self.options.clone());
-        Ok(Subject { scene, settings, options, ..subject.clone() }.run(context, frames)?.timings)
+        Ok(RepeatedFrame { scene, settings, options, ..subject.clone() }.run(context, frames)?.timings)
     }
 }
 

@@ -5,13 +5,13 @@ use std::collections::BTreeSet;
 
 use super::case::Case;
 use super::cases;
-use super::export::{Line, read_csv};
+use super::export::{CsvLine, read_csv};
 use crate::lab::table::{MISSING, fill, markdown};
 use crate::settings::PRESETS;
 
 /// The cases with rows, and their rows.
-fn measured<'a>(all: &[&'a Line]) -> Vec<(&'static Case, Vec<&'a Line>)> {
-    let of_case = |case: &'static Case| -> (&'static Case, Vec<&'a Line>) {
+fn measured<'a>(all: &[&'a CsvLine]) -> Vec<(&'static Case, Vec<&'a CsvLine>)> {
+    let of_case = |case: &'static Case| -> (&'static Case, Vec<&'a CsvLine>) {
         (case, all.iter().copied().filter(|line| line.case == case.name).collect())
     };
     cases::all().map(of_case).filter(|(_, lines)| !lines.is_empty()).collect()
@@ -23,7 +23,7 @@ fn measured<'a>(all: &[&'a Line]) -> Vec<(&'static Case, Vec<&'a Line>)> {
 /// A sentence about the line of `csv` that cannot be read, or about a mark of `page` without an end.
 pub fn summary(csv: &str, page: &str) -> Result<String, String> {
     let lines = read_csv(csv)?;
-    let all: Vec<&Line> = lines.iter().collect();
+    let all: Vec<&CsvLine> = lines.iter().collect();
     let cases = measured(&all);
     fill(page, |_, _| Ok(overview(&all, &cases, "notes/stability.md"))).map_err(|error| error.to_string())
 }
@@ -34,7 +34,7 @@ pub fn summary(csv: &str, page: &str) -> Result<String, String> {
 /// A sentence about the line of `csv` that cannot be read.
 pub fn page(csv: &str) -> Result<String, String> {
     let lines = read_csv(csv)?;
-    let all: Vec<&Line> = lines.iter().collect();
+    let all: Vec<&CsvLine> = lines.iter().collect();
     let cases = measured(&all);
     let table = |name: &str, _: &str| {
         Ok(match name {
@@ -47,25 +47,25 @@ pub fn page(csv: &str) -> Result<String, String> {
 }
 
 /// The presets of some rows in the program's order.
-fn presets(lines: &[&Line]) -> Vec<&'static str> {
+fn presets(lines: &[&CsvLine]) -> Vec<&'static str> {
     PRESETS.iter().map(|preset| preset.name).filter(|name| lines.iter().any(|line| line.preset == *name)).collect()
 }
 
-fn grids(lines: &[&Line]) -> Vec<u32> {
+fn grids(lines: &[&CsvLine]) -> Vec<u32> {
     lines.iter().map(|line| line.grid).collect::<BTreeSet<u32>>().into_iter().collect()
 }
 
 /// The row of a preset and a grid among a case's rows.
-fn find<'a>(lines: &[&'a Line], preset: &str, grid: u32) -> Option<&'a Line> {
+fn find<'a>(lines: &[&'a CsvLine], preset: &str, grid: u32) -> Option<&'a CsvLine> {
     lines.iter().copied().find(|line| line.preset == preset && line.grid == grid)
 }
 
-fn fails(case: &Case, line: &Line) -> bool {
+fn fails(case: &Case, line: &CsvLine) -> bool {
     line.distance.is_some_and(|distance| distance > case.limit * (1.0 + 1e-9))
 }
 
-fn cell(case: &Case, line: Option<&Line>) -> String {
-    let words = |line: &Line| {
+fn cell(case: &Case, line: Option<&CsvLine>) -> String {
+    let words = |line: &CsvLine| {
         let text = case.numbers_in_words(line.median?, line.min?, line.max?);
         Some(if fails(case, line) { format!("**{text}**") } else { text })
     };
@@ -77,10 +77,10 @@ fn coded(name: &str) -> String {
 }
 
 /// Every case and preset on the middle grid. `details` is the page with a section for each case.
-fn overview(all: &[&Line], cases: &[(&Case, Vec<&Line>)], details: &str) -> String {
+fn overview(all: &[&CsvLine], cases: &[(&Case, Vec<&CsvLine>)], details: &str) -> String {
     let (grids, presets) = (grids(all), presets(all));
     let Some(grid) = grids.get((grids.len().max(1) - 1) / 2).copied() else { return String::new() };
-    let row = |(case, lines): &(&Case, Vec<&Line>)| {
+    let row = |(case, lines): &(&Case, Vec<&CsvLine>)| {
         // The anchor follows the rule for headings.
         let anchor: String = case.name.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').collect();
         let first = [format!("[{}]({details}#{anchor})", case.name), case.unit.value_in_words(case.ideal)];
@@ -91,10 +91,10 @@ fn overview(all: &[&Line], cases: &[(&Case, Vec<&Line>)], details: &str) -> Stri
 }
 
 /// The presets beyond the limit with their distances and advice; or, if none is, the measured presets.
-fn sentence(grids: &[u32], case: &Case, lines: &[&Line]) -> String {
+fn sentence(grids: &[u32], case: &Case, lines: &[&CsvLine]) -> String {
     let far = |preset: &&str| {
         let of_preset = grids.iter().filter_map(|grid| find(lines, preset, *grid)).filter(|line| fails(case, line));
-        let words = |line: &Line| {
+        let words = |line: &CsvLine| {
             let farthest = case.farther(line.min.unwrap_or_default(), line.max.unwrap_or_default());
             format!("{} at {}³", case.unit.value_in_words(farthest), line.grid)
         };
@@ -110,7 +110,7 @@ fn sentence(grids: &[u32], case: &Case, lines: &[&Line]) -> String {
     format!("- **{}**: {} {}.\n", case.name, case.advice, failing.join("; "))
 }
 
-fn section(grids: &[u32], case: &Case, lines: &[&Line]) -> String {
+fn section(grids: &[u32], case: &Case, lines: &[&CsvLine]) -> String {
     let row = |preset: &str| {
         let cells = grids.iter().map(|grid| cell(case, find(lines, preset, *grid)));
         std::iter::once(coded(preset)).chain(cells).collect::<Vec<_>>()
@@ -122,10 +122,10 @@ fn section(grids: &[u32], case: &Case, lines: &[&Line]) -> String {
 }
 
 /// The further numbers of a case, medians over the places, on its coarsest grid.
-fn further_table(lines: &[&Line]) -> String {
+fn further_table(lines: &[&CsvLine]) -> String {
     let with_more = || lines.iter().copied().filter(|line| line.further().next().is_some());
     let Some(grid) = with_more().map(|line| line.grid).min() else { return String::new() };
-    let of_grid: Vec<&Line> = with_more().filter(|line| line.grid == grid).collect();
+    let of_grid: Vec<&CsvLine> = with_more().filter(|line| line.grid == grid).collect();
     let row = |preset: &'static str| {
         let values = find(&of_grid, preset, grid).into_iter().flat_map(|line| line.further().map(|(_, value)| value));
         std::iter::once(coded(preset)).chain(values.map(str::to_owned)).collect::<Vec<_>>()

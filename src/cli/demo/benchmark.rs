@@ -1,4 +1,4 @@
-//! Times of each pass over the whole sequence, to be quoted.
+//! Times of each pass over the whole sequence.
 
 use std::process::ExitCode;
 
@@ -19,19 +19,19 @@ use crate::cli::progress::{FrameProgress, Work};
 use crate::cli::scene::{fitted, run_options};
 use crate::cli::{interrupt, out, outputs, report};
 
-/// The version of the JSON. It must grow when a key is new or changes its name, unit or meaning.
+/// The version of the JSON. It increases when a key is new or changes its name, unit or meaning.
 const VERSION: u32 = 1;
 
 #[derive(Serialize)]
 struct PassTimes {
     name: &'static str,
     kind: ZoneKind,
-    /// In which the pass ran.
+    /// The number of frames in which the pass ran.
     frames: usize,
     gpu_ms: Percentiles,
 }
 
-/// Report that `--json` writes; `docs/json.md` documents the keys.
+/// The report of `--json`; `docs/json.md` documents the keys.
 #[derive(Default, Serialize)]
 struct Report {
     version: u32,
@@ -49,8 +49,8 @@ struct Report {
     settings: Settings,
 }
 
-/// Renders the sequence without writing it. The frames to warm up are its end, from which it begins anew: something
-/// moves in each.
+/// Renders the sequence without writing it. The warm-up frames are its end, from which it restarts, so that something
+/// moves in each frame.
 pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     outputs::check(&[args.settings.config.as_ref()], &[args.json.as_ref()])?;
@@ -101,7 +101,7 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
 }
 
 impl Report {
-    /// A table in Markdown, with all that one must know to compare it.
+    /// A Markdown table with all conditions for a comparison.
     fn table(&self, preset: &str) -> String {
         let Self { program, device, driver, width, height, fps, frames, .. } = self;
         let kind = |kind: ZoneKind| format!("{kind:?}").to_lowercase();

@@ -1,4 +1,4 @@
-//! The panel: settings, layers, exposure; what the frame took.
+//! The panel: settings, layers, exposure, and the times of the frame.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -15,7 +15,7 @@ use super::times::{self, History};
 use super::truth::Compared;
 use super::{KEYS, overlay};
 
-/// How long words about what a key did are shown.
+/// The time for which a message about a key is shown.
 const SAID_FOR: Duration = Duration::from_secs(4);
 
 #[derive(Default)]
@@ -23,29 +23,29 @@ pub struct Panel {
     pub open: bool,
     pub preset: String,
     pub choice: PanelChoice,
-    /// How both are shown where something is beside.
+    /// The display of both pictures, if there are two.
     pub mixing: Mixing,
-    /// Whether the path tracer runs beside a picture at rest.
+    /// Whether the path tracer runs for a picture at rest.
     pub truth: bool,
-    /// From image to reference to error: see [`Compared::picture`].
+    /// The blend from image to reference to error: see [`Compared::picture`].
     pub fade: f32,
-    /// Why a setting or a scene was refused, until the next one.
+    /// The reason why a setting or a scene was refused, until the next one.
     pub error: Option<String>,
-    /// Words about what a key did, and since when they are shown.
+    /// A message about a key, and the time at which it appeared.
     said: Option<(String, Instant)>,
-    /// Why there is no frame of what is asked for.
+    /// The reason why there is no frame of the current job.
     pub frame_error: Option<String>,
-    /// Why GLSL that was saved is not in use.
+    /// The reason why saved GLSL is not in use.
     pub shader_error: Option<String>,
     /// Values that are being typed.
     typed: BTreeMap<&'static str, String>,
     all: bool,
-    /// Whether the grids' bounds are shown.
+    /// Whether the grids' boxes are shown.
     pub bounds: bool,
     pub history: History,
-    /// Question to the thread that makes frames, until that takes it.
+    /// A question to the thread that makes frames, until the thread takes it.
     pub question: Option<Question>,
-    /// Costs of frames with other values of a setting, all others as these are.
+    /// Costs of frames with other values of a setting, with these other settings.
     costs: (BTreeMap<&'static str, Vec<Cost>>, Settings),
     /// The rays of a pixel.
     pub rays: Vec<GatherRay>,
@@ -63,7 +63,7 @@ impl Panel {
         }
     }
 
-    /// Takes the answer to a question.
+    /// Receives the answer to a question.
     pub fn take(&mut self, found: Result<Reply, String>) {
         self.error = None;
         match found {
@@ -73,7 +73,7 @@ impl Panel {
         }
     }
 
-    /// Costs of settings in the panel's words; for tests.
+    /// The costs of settings as text, for tests.
     pub fn costs_in_words(&self) -> String {
         let of = |(key, costs): (&&str, &Vec<Cost>)| {
             let values: Vec<String> = costs.iter().map(Cost::in_words).collect();
@@ -82,7 +82,7 @@ impl Panel {
         self.costs.0.iter().map(of).collect::<Vec<_>>().join("; ")
     }
 
-    /// Shows it.
+    /// Shows the panel.
     pub fn show(
         &mut self,
         context: &egui::Context,
@@ -128,17 +128,17 @@ impl Panel {
         });
     }
 
-    /// Shows words for some seconds.
+    /// Shows a message for some seconds.
     pub fn say(&mut self, words: String) {
         self.said = Some((words, Instant::now()));
     }
 
-    /// Takes back what was said long enough ago. Whether something was.
+    /// Removes an expired message. Returns whether there was one.
     pub fn forgets(&mut self) -> bool {
         self.said.take_if(|(_, since)| since.elapsed() > SAID_FOR).is_some()
     }
 
-    /// Errors and what was said last, below the picture's middle, where they move nothing else.
+    /// Errors and the last message, below the picture's middle, where they move nothing else.
     pub fn show_notice(&mut self, context: &egui::Context) {
         let errors = self.error.iter().chain(&self.frame_error).map(|words| (words, egui::Color32::LIGHT_RED));
         let said = self.said.iter().map(|(words, _)| (words, egui::Color32::LIGHT_GRAY));

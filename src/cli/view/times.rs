@@ -1,4 +1,4 @@
-//! Times of frames: the passes of the last one as a tree, and a graph of those before.
+//! Times of frames: the passes of the last one as a tree, and a graph of earlier ones.
 
 use std::collections::VecDeque;
 
@@ -8,11 +8,11 @@ use twobounce::vk::ZoneTiming;
 use super::job::ShownFrame;
 use crate::cli::progress::course::IMAGE_PASSES;
 
-/// Frames in the graph.
+/// The number of frames in the graph.
 const FRAMES: usize = 160;
-/// Of the graph, points.
+/// Height of the graph in points.
 const HEIGHT: f32 = 60.0;
-/// Passes that make lists, whatever the method; what is neither these nor the image is light.
+/// Passes that make lists, for any method; passes that are neither these nor the image are light.
 const LIST_PASSES: [&str; 8] = ["reset", "deform", "record", "tree", "voxelise", "cells", "group", "split"];
 const GROUPS: [(&str, egui::Color32); 3] = [
     ("lists", egui::Color32::from_rgb(90, 130, 220)),
@@ -39,7 +39,7 @@ fn sum<'a>(zones: impl IntoIterator<Item = &'a ZoneTiming>) -> f64 {
 }
 
 impl History {
-    /// A frame was made.
+    /// Adds a frame.
     pub fn add(&mut self, frame: &ShownFrame) {
         if self.frames.len() == FRAMES {
             self.frames.pop_front();
@@ -48,7 +48,7 @@ impl History {
         self.frames.push_back([0, 1, 2].map(|at| sum(zones.iter().filter(|zone| group(zone.name) == at))));
     }
 
-    /// Bars, the newest to the right.
+    /// Shows bars, the newest on the right.
     fn show(&self, ui: &mut egui::Ui) {
         let highest = self.frames.iter().map(|parts| parts.iter().sum::<f64>()).fold(0.0, f64::max);
         let (response, painter) = ui.allocate_painter(egui::vec2(ui.available_width(), HEIGHT), egui::Sense::hover());
@@ -72,14 +72,14 @@ impl History {
     }
 }
 
-/// The graph, the passes, and what the frame counted.
+/// Shows the graph, the passes, and the counters of the frame.
 pub fn show(ui: &mut egui::Ui, frame: &ShownFrame, history: &History) {
     history.show(ui);
     let timings = &frame.report.timings;
     let all = sum(&timings.zones).max(1e-9);
     for (at, (name, color)) in GROUPS.into_iter().enumerate() {
         let made: Vec<&ZoneTiming> = timings.zones.iter().filter(|zone| group(zone.name) == at).collect();
-        // Lists and light of before stay where nothing changed.
+        // Lists and light of earlier frames stay if nothing changed.
         let kept: Vec<&ZoneTiming> =
             frame.light.iter().filter(|zone| made.is_empty() && group(zone.name) == at).collect();
         let zones = if made.is_empty() { &kept } else { &made };

@@ -25,7 +25,7 @@ use blended::Blended;
 use drawn::Drawn;
 pub use fragments::MOST_AT_ONCE;
 use fragments::{FragmentList, FragmentShading};
-use gather::{Gather, Rows};
+use gather::{Gather, RowRange};
 use resolve::Resolve;
 use target::{Band, ImageShape, ImageTarget};
 use visibility::{Nearest, Visibility};
@@ -153,7 +153,7 @@ impl ImagePass {
                 let of = BandFrame {
                     frame: *frame,
                     band,
-                    rows: Rows { first: 0, count: band.seen_rows },
+                    rows: RowRange { first: 0, count: band.seen_rows },
                     light: LightUse::Reads,
                 };
                 let zone = |r: &mut Recorder, name, kind, bytes, record: &dyn Fn(&mut Recorder)| {
@@ -232,7 +232,7 @@ impl ImagePass {
         let before = of.band.first_row - of.band.first_seen;
         r.in_parts(of.band.rows, PART_ROWS, |r, rows| {
             for first in rows.clone().step_by(most as usize) {
-                let rows = Rows { first: before + first, count: most.min(rows.end - first) };
+                let rows = RowRange { first: before + first, count: most.min(rows.end - first) };
                 self.shade_rows(r, &BandFrame { rows, ..*of }, binds);
             }
         });
@@ -278,7 +278,7 @@ pub struct BandFrame<'a> {
     pub frame: ImageFrame<'a>,
     pub band: Band,
     /// The rows at work, relative to the rows that the band sees.
-    pub rows: Rows,
+    pub rows: RowRange,
     pub light: LightUse,
 }
 

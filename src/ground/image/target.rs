@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::fragments::{self, FRAGMENT_BYTES, MOST_AT_ONCE};
-use super::gather::{GatherShape, Rows};
+use super::gather::{GatherShape, RowRange};
 use super::visibility::{self, SEEN_BYTES};
 use super::{blended, drawn};
 use crate::Result;
@@ -131,7 +131,7 @@ impl ImageShape {
     }
 
     fn band(&self, first_row: u32, rows: u32) -> Band {
-        let own = Rows { first: first_row, count: rows.min(self.height - first_row) };
+        let own = RowRange { first: first_row, count: rows.min(self.height - first_row) };
         let seen = self.gathers.map_or(own, |gathers| gathers.seen(self, own));
         Band { first_row, rows: own.count, first_seen: seen.first, seen_rows: seen.count }
     }

@@ -11,10 +11,10 @@ use super::accessor::{Data, Problem, missing};
 use super::container::shorten;
 use super::deform;
 use super::document;
-use super::nodes::Tree;
+use super::nodes::NodeOrder;
 use crate::scene::{Animation, Channel, Interpolation, Property, Scene, Transform, WeightChannel};
 
-pub fn load(data: &Data, tree: &Tree, scene: &mut Scene) -> Result<(), Problem> {
+pub fn load(data: &Data, tree: &NodeOrder, scene: &mut Scene) -> Result<(), Problem> {
     let deformers = scene.deformers.iter().enumerate().map(|(index, deformer)| (deformer.node, index)).collect();
     for (number, source) in data.document.animations.iter().enumerate() {
         let mut animation = Animation { name: source.name.clone(), ..Animation::default() };
@@ -31,7 +31,7 @@ pub fn load(data: &Data, tree: &Tree, scene: &mut Scene) -> Result<(), Problem> 
 /// A channel of the file, with the number of its animation.
 struct Loading<'a> {
     data: &'a Data<'a>,
-    tree: &'a Tree,
+    tree: &'a NodeOrder,
     /// Deformers by node.
     deformers: &'a HashMap<usize, usize>,
     number: usize,

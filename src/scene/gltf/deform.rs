@@ -10,8 +10,8 @@ use gltf::json::{Accessor, Index};
 
 use super::accessor::{Data, Problem, missing};
 use super::document::Document;
-use super::mesh::Source;
-use super::nodes::Tree;
+use super::mesh::SourcePrimitive;
+use super::nodes::NodeOrder;
 use crate::scene::Mesh;
 use crate::scene::deform::{Deform, DeformPose, Joint, TargetDeltas};
 
@@ -60,7 +60,7 @@ pub fn weights<'a>(data: &Data<'a>, node: usize) -> Result<&'a [f32], Problem> {
 }
 
 /// The joints of the skin of node `index`, followed by the node itself; empty without a skin.
-pub fn joints(data: &Data, tree: &Tree, index: usize) -> Result<Vec<Joint>, Problem> {
+pub fn joints(data: &Data, tree: &NodeOrder, index: usize) -> Result<Vec<Joint>, Problem> {
     let Some(skin_index) = data.document.nodes[index].skin else { return Ok(Vec::new()) };
     let skin = data.document.skins.get(skin_index).ok_or_else(|| missing("skin", skin_index))?;
     let bind = match skin.inverse_bind_matrices {
@@ -88,7 +88,7 @@ pub fn joints(data: &Data, tree: &Tree, index: usize) -> Result<Vec<Joint>, Prob
 }
 
 /// Morphs `mesh`, or records the deformation of its vertices.
-pub fn apply(source: &Source, applied: &Applied, mesh: &mut Mesh) -> Result<(), Problem> {
+pub fn apply(source: &SourcePrimitive, applied: &Applied, mesh: &mut Mesh) -> Result<(), Problem> {
     let targets = source.primitive.targets.as_deref().unwrap_or_default();
     let morphs = applied.deformer.as_ref().is_some_and(|deformer| deformer.morphs);
     let mut deform = Deform { flat: mesh.normals.is_empty(), ..Deform::default() };
@@ -113,7 +113,7 @@ pub fn apply(source: &Source, applied: &Applied, mesh: &mut Mesh) -> Result<(), 
 }
 
 /// The differences of a morph target for the attributes that the mesh has.
-fn read(source: &Source, target: &MorphTarget, mesh: &Mesh) -> Result<TargetDeltas, Problem> {
+fn read(source: &SourcePrimitive, target: &MorphTarget, mesh: &Mesh) -> Result<TargetDeltas, Problem> {
     let read = |name, accessor: &Option<Index<Accessor>>, is_used: bool| match accessor {
         Some(accessor) if is_used => offsets(source, name, accessor),
         _ => Ok(Vec::new()),
@@ -125,7 +125,7 @@ fn read(source: &Source, target: &MorphTarget, mesh: &Mesh) -> Result<TargetDelt
     })
 }
 
-fn offsets(source: &Source, name: &str, accessor: &Index<Accessor>) -> Result<Vec<Vec3>, Problem> {
+fn offsets(source: &SourcePrimitive, name: &str, accessor: &Index<Accessor>) -> Result<Vec<Vec3>, Problem> {
     let (what, offsets) = (&source.what, source.data.floats::<3>(accessor.value(), None)?);
     if source.count != offsets.len() {
         let (want, have) = (source.count, offsets.len());
@@ -144,7 +144,7 @@ fn offsets(source: &Source, name: &str, accessor: &Index<Accessor>) -> Result<Ve
 
 /// Influences of all sets. Each vertex gets as many as the vertex with the most. `own` is the joint that represents the
 /// node itself.
-fn skin(source: &Source, own: u32, deform: &mut Deform) -> Result<(), Problem> {
+fn skin(source: &SourcePrimitive, own: u32, deform: &mut Deform) -> Result<(), Problem> {
     let (data, what) = (source.data, &source.what);
     let mut of_vertices: Vec<Vec<(u32, f32)>> = vec![Vec::new(); source.count];
     for set in 0.. {

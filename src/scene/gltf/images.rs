@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::LoadOptions;
 use super::accessor::{Data, Problem, missing};
-use super::container::{Folders, Source, find, inline, shorten};
+use super::container::{ByteSource, Folders, find, inline, shorten};
 use super::document::{Document, image_of};
 use super::hash_part;
 use super::ktx2;
@@ -172,7 +172,7 @@ struct LocatedImage<'a> {
 
 enum Encoded<'a> {
     View(&'a [u8]),
-    Uri(Source),
+    Uri(ByteSource),
 }
 
 impl<'a> LocatedImage<'a> {

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::accessor::{Data, Problem, missing};
 use super::document::{Document, Node, size};
-use super::nodes::{self, Tree};
+use super::nodes::{self, NodeOrder};
 use crate::scene::{self, Scene};
 
 pub const NAME: &str = "EXT_mesh_gpu_instancing";
@@ -43,7 +43,7 @@ pub fn unbacked(document: &Document, node: &Node) -> u64 {
 /// Adds the nodes of all instances of the node with the document's index `node`: their indices in the scene, or those
 /// of the node itself if it is not instanced. The error is a sentence that names the node, for accessors that are
 /// missing, do not fit or differ in length, and for numbers that are not finite.
-pub fn load(data: &Data, tree: &Tree, node: usize, scene: &mut Scene) -> Result<Range<usize>, Problem> {
+pub fn load(data: &Data, tree: &NodeOrder, node: usize, scene: &mut Scene) -> Result<Range<usize>, Problem> {
     let at = tree.slot[node];
     let Some(attributes) = attributes(&data.document.nodes[node]).filter(|attributes| !attributes.is_empty()) else {
         return Ok(at..at + 1);

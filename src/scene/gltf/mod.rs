@@ -147,7 +147,7 @@ impl Scene {
             let data =
                 &Data { document, buffers: &buffers, decoded: &decoded, unpacked: None, uv_sets: &[], picked: None };
             check::document(data)?;
-            let tree = nodes::Tree::new(document)?;
+            let tree = nodes::NodeOrder::new(document)?;
             let shown = tree.reachable(document, &nodes::choose_roots(document, options.scene.as_deref())?)?;
             let mut scene = Self { nodes: tree.nodes(document)?, ..Self::default() };
             let mut used = images::Used::new(options.strict, options.max_texture);
@@ -285,10 +285,10 @@ fn load_buffers(
         let source = match &buffer.uri {
             _ if meshopt::is_fallback(buffer) => None,
             Some(uri) => Some(container::find(folders, &what(index), uri)?),
-            None if index == 0 => binary.take().map(container::Source::Chunk),
+            None if index == 0 => binary.take().map(container::ByteSource::Chunk),
             None => None,
         };
-        let (has, states) = (source.as_ref().map(container::Source::bytes), buffer.byte_length.0);
+        let (has, states) = (source.as_ref().map(container::ByteSource::bytes), buffer.byte_length.0);
         if let Some(has) = has.filter(|has| *has < states) {
             return Err(format!("{} holds {has} of its {states} bytes; copy or export the file again", what(index)));
         }
@@ -296,7 +296,7 @@ fn load_buffers(
         need.check()?;
         opened.push(source);
     }
-    let read = |(index, source): (usize, Option<container::Source>)| {
+    let read = |(index, source): (usize, Option<container::ByteSource>)| {
         let bytes = document.buffers[index].byte_length.0;
         source.map(|source| source.read(&what(index), bytes)).transpose()
     };
@@ -313,7 +313,7 @@ fn check_near(node: usize, world: &DAffine3) -> Result<(), Problem> {
 }
 
 /// One mesh per primitive, shared by all nodes that use it without deformation.
-fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
+fn load_meshes(data: &Data, tree: &nodes::NodeOrder, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
     let document = data.document;
     let places = shown.iter().filter(|&&index| document.nodes[index].mesh.is_some());
     let places = places.map(|&index| Ok((index, instancing::load(data, tree, index, scene)?)));

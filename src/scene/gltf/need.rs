@@ -129,7 +129,7 @@ impl Need {
         if triangles <= most {
             return Ok(());
         }
-        let ([count, most], (name, remedy)) = ([triangles, most].map(words), KINDS[Kind::Triangles as usize]);
+        let ([count, most], (name, remedy)) = ([triangles, most].map(count_in_words), KINDS[Kind::Triangles as usize]);
         Err(format!("has {count} {name}, more than the {most} that fit into {limit}: {remedy}"))
     }
 

@@ -46,7 +46,7 @@ pub struct BenchArgs {
     pub list: Option<u32>,
     /// Also path-trace the scene with these numbers of paths per pixel; none: without the path tracer
     #[arg(long, value_name = "N,…|none", default_value = "1,4,16,64", value_parser = paths)]
-    pub paths: ::std::vec::Vec<u32>, // clap would take a plain `Vec` for one number a flag, but the parser returns the whole list
+    pub paths: ::std::vec::Vec<u32>, // A plain `Vec` would mean one number a flag to clap.
     /// Join the times of several machines in one frontier, with a note; otherwise each machine has its own
     #[arg(long)]
     pub mix_machines: bool,

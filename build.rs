@@ -1,5 +1,5 @@
-//! Compiles every shader under `glsl/`, by `src/vk/pipeline/compile.rs`, and writes the table that `vk::shader` includes.
-//! An error or a warning stops the build with `file:line: message`.
+//! Compiles every shader under `glsl/`, by `src/vk/pipeline/compile.rs`, and writes the table that `vk::shader`
+//! includes. An error or a warning stops the build with `file:line: message`.
 
 use compile::{Compiled, Store, compile_all, find_files, numbered};
 use std::collections::BTreeSet;

@@ -14,16 +14,16 @@
 //!   [`missing`] lists the items that a device lacks before it is created, and [`Context::adopt`] refuses a device on
 //!   which some are not enabled. This library enables nothing.
 //! - **In flight.** Each frame in flight has a slot, `0..slots`. Descriptors are pushed into the command buffer, so no
-//!   descriptor set is updated in flight. Frames share lists, light and images. Barriers at the beginning and end of each
-//!   recording order these accesses, so frames are submitted to one queue in the order of recording, or semaphores order
-//!   them.
+//!   descriptor set is updated in flight. Frames share lists, light and images. Barriers at the beginning and end of
+//!   each recording order these accesses, so frames are submitted to one queue in the order of recording, or semaphores
+//!   order them.
 //! - **Overwritten state** of the command buffer: the compute and graphics pipelines, the descriptor sets of both bind
 //!   points, push constants, viewport and scissor 0, all other dynamic state, the index buffer and vertex buffer 0. The
 //!   host sets its own state again.
 //! - **Barriers.** The first command makes all writes of earlier commands of the host visible. The last one makes
 //!   everything visible to later commands and to the CPU. Barriers recorded here move a host's image from its state
-//!   [before](HostImage::before) to its state [after](HostImage::after). Images of this library always stay in `GENERAL`
-//!   layout.
+//!   [before](HostImage::before) to its state [after](HostImage::after). Images of this library always stay in
+//!   `GENERAL` layout.
 //! - **Threads.** All types are `Send`. The host lends mutexes that guard the queue and the allocator. The only global
 //!   state is tables of constants and a count of files that are being written.
 //! - **Messages.** An error is one sentence. Notes go to [`tracing`](https://docs.rs/tracing), which is silent until

@@ -1,10 +1,11 @@
-//! An engine that draws its own G-buffer and has twobounce light it: depth, normal, base colour, and roughness with metallic
-//! by a pipeline of this program; direct and indirect light, mirrors included, by the method that the settings name.
+//! An engine that draws its own G-buffer and has twobounce light it: depth, normal, base colour, and roughness with
+//! metallic by a pipeline of this program; direct and indirect light, mirrors included, by the method that the settings
+//! name.
 //!
 //! `cargo run --release --example gbuffer -- SCENE.glb IMAGE.png [WxH [KEY=VALUE…]]`
 //!
-//! The scene's animation plays for some frames: what moves is drawn, lit and mirrored where it stands. The last frame becomes a
-//! PNG. With `HOST_VALIDATION=1` any message of the validation layer ends it with exit code 1.
+//! The scene's animation plays for some frames: what moves is drawn, lit and mirrored where it stands. The last frame
+//! becomes a PNG. With `HOST_VALIDATION=1` any message of the validation layer ends it with exit code 1.
 
 #[path = "../host/gpu.rs"]
 mod gpu;

@@ -12,7 +12,8 @@ use super::gpu::{Anything, Gpu, image_bytes, radiance};
 pub const DEPTH: vk::Format = vk::Format::R32_SFLOAT;
 const HALF: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 const FLOAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
-/// Depth, normal, albedo, material, emission: drawn. Direct and indirect light: of twobounce. The last tells what is in front.
+/// Depth, normal, albedo, material, emission: drawn. Direct and indirect light: of twobounce. The last tells what is in
+/// front.
 const FORMATS: [vk::Format; 8] = [DEPTH, HALF, HALF, HALF, FLOAT, FLOAT, FLOAT, vk::Format::D32_SFLOAT];
 const DRAWN: usize = 5;
 /// The images that twobounce reads.

@@ -159,7 +159,8 @@ impl Gpu {
         }
     }
 
-    /// Copies images of that size, in layout `TRANSFER_SRC_OPTIMAL`, one after another into a buffer that the CPU reads.
+    /// Copies images of that size, in layout `TRANSFER_SRC_OPTIMAL`, one after another into a buffer that the CPU
+    /// reads.
     pub unsafe fn copy_to_cpu(
         &self,
         commands: vk::CommandBuffer,
@@ -211,7 +212,8 @@ pub fn image_bytes((width, height): (u32, u32)) -> u64 {
     u64::from(width) * u64::from(height) * 16
 }
 
-/// Linear radiance, rows from the top: the sum of `images` images that [`Gpu::copy_to_cpu`] copied, once the device is idle.
+/// Linear radiance, rows from the top: the sum of `images` images that [`Gpu::copy_to_cpu`] copied, once the device is
+/// idle.
 pub fn radiance(memory: &Allocation, images: usize, size: (u32, u32)) -> Vec<[f32; 3]> {
     let (bytes, each) = (memory.mapped_slice().expect("memory for the CPU"), image_bytes(size) as usize);
     let number = |at: usize| f32::from_ne_bytes(bytes[at..at + 4].try_into().expect("four bytes"));

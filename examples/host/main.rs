@@ -1,9 +1,10 @@
-//! A Vulkan program of its own that has twobounce light a scene: its instance, device, queue, command buffers and images, two
-//! frames in flight. The camera travels for some frames; the last one becomes a PNG.
+//! A Vulkan program of its own that has twobounce light a scene: its instance, device, queue, command buffers and
+//! images, two frames in flight. The camera travels for some frames; the last one becomes a PNG.
 //!
 //! `cargo run --release --example host -- SCENE.glb IMAGE.png [WxH [KEY=VALUE…]]`
 //!
-//! With `HOST_VALIDATION=1` the Khronos validation layer watches, synchronisation too, and any message ends it with exit code 1.
+//! With `HOST_VALIDATION=1` the Khronos validation layer watches, synchronisation too, and any message ends it with
+//! exit code 1.
 
 mod gpu;
 mod program;

@@ -10,8 +10,9 @@ use twobounce::settings::Settings;
 
 use super::gpu::{Anything, Gpu};
 
-/// Reads the arguments `SCENE.glb IMAGE.png [WxH [KEY=VALUE…]]`, opens a device, and writes the radiance that `make` gives for
-/// scene, settings and size. With `HOST_VALIDATION=1` the validation layer watches; any message then ends it with exit code 1.
+/// Reads the arguments `SCENE.glb IMAGE.png [WxH [KEY=VALUE…]]`, opens a device, and writes the radiance that `make`
+/// gives for scene, settings and size. With `HOST_VALIDATION=1` the validation layer watches; any message then ends it
+/// with exit code 1.
 pub fn run(name: &str, make: impl FnOnce(&Gpu, &Scene, &Settings, (u32, u32)) -> Anything<Vec<[f32; 3]>>) -> ExitCode {
     match write(name, make) {
         Ok(0) => ExitCode::SUCCESS,

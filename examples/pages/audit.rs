@@ -1,5 +1,5 @@
-//! The passes, pipelines and bytes of a frame, and those that no pass asks for, for scenes of different kinds. Then the pipelines and
-//! bytes that one more thing in the first scene adds to its frame.
+//! The passes, pipelines and bytes of a frame, and those that no pass asks for, for scenes of different kinds. Then the
+//! pipelines and bytes that one more thing in the first scene adds to its frame.
 
 use std::path::PathBuf;
 

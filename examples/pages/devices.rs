@@ -1,5 +1,5 @@
-//! The table of `docs/devices.md`: what runs on devices that documents describe. `cargo run --release --example pages -- devices` writes it,
-//! and a test compares it.
+//! The table of `docs/devices.md`: what runs on devices that documents describe. `cargo run --release --example pages
+//! -- devices` writes it, and a test compares it.
 
 use std::fs;
 use std::path::Path;

@@ -1,8 +1,9 @@
-//! A camera's flight through a still scene: what changes from frame to frame beyond what the path tracer's frames change, over the
-//! reference's mean, and over the worst hundredth of the pixels. `docs/notes/study/rooms/README.md` says what was found.
+//! A camera's flight through a still scene: what changes from frame to frame beyond what the path tracer's frames
+//! change, over the reference's mean, and over the worst hundredth of the pixels. `docs/notes/study/rooms/README.md`
+//! says what was found.
 //!
-//! CSV, a line for each compared pair of frames. All frames are rendered, one after the other; each K-th and the one after it are
-//! compared.
+//! CSV, a line for each compared pair of frames. All frames are rendered, one after the other; each K-th and the one
+//! after it are compared.
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;

@@ -26,8 +26,8 @@ const BASE: Vec3 = Vec3::new(0.7, 0.4, 0.25);
 /// Where the table begins in the page.
 pub const HEADING: &str = "\n## Numbers\n";
 
-/// Writes the table of the page. `folder`: for the pictures behind the numbers; `chosen`: the beginning of the names of scenes that are
-/// measured, whereas the other lines stay as they are.
+/// Writes the table of the page. `folder`: for the pictures behind the numbers; `chosen`: the beginning of the names of
+/// scenes that are measured, whereas the other lines stay as they are.
 pub fn run(folder: Option<PathBuf>, chosen: &str) -> Result<()> {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/materials.md");
     let before = std::fs::read_to_string(&page).map_err(|e| Error::file(&page, e.to_string()))?;

@@ -1,4 +1,5 @@
-//! Whether the distances of `docs/notes/stability.md` from ideals are noise of few rays, which falls with more, or stay.
+//! Whether the distances of `docs/notes/stability.md` from ideals are noise of few rays, which falls with more, or
+//! stay.
 
 use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
@@ -70,9 +71,9 @@ impl Noise {
     }
 }
 
-/// Prints CSV about random scenes, a line per scene: what a preset's image has of the truth's light, in standard deviations of both. Each
-/// scene is shot at several places in the grid; their spread is the preset's deviation, the reference's own is added to it. A value that
-/// is not finite ends the run.
+/// Prints CSV about random scenes, a line per scene: what a preset's image has of the truth's light, in standard
+/// deviations of both. Each scene is shot at several places in the grid; their spread is the preset's deviation, the
+/// reference's own is added to it. A value that is not finite ends the run.
 #[derive(Args)]
 pub struct RandomScenes {
     #[arg(long, default_value = "balanced")]

@@ -1,4 +1,5 @@
-//! The pictures of `docs/notes/talk.md`: a host of a frame that stops after the lists, and after the frame, to look at what is there.
+//! The pictures of `docs/notes/talk.md`: a host of a frame that stops after the lists, and after the frame, to look at
+//! what is there.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -122,7 +123,8 @@ fn render(context: &Arc<Context>, frame: &mut Frame, scene: &Scene, pose: &Pose)
     Ok(readback.read(AOVS))
 }
 
-/// The recorded triangles as the volume's front sees them, along −z, coloured by their normals; those that turn away are left out.
+/// The recorded triangles as the volume's front sees them, along −z, coloured by their normals; those that turn away
+/// are left out.
 fn front_view(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
     let triangles: Vec<Triangle> = download(context, &frame.ground.triangles)?;
     let words: Vec<u32> = download(context, &frame.ground.attributes)?;

@@ -1,5 +1,5 @@
-//! The table of `docs/notes/plan.md`: on scenes of different kinds, what `twobounce plan` answers against the best of a full sweep of the
-//! same settings, and what both cost. A scene takes five to forty minutes on two slow cores.
+//! The table of `docs/notes/plan.md`: on scenes of different kinds, what `twobounce plan` answers against the best of a
+//! full sweep of the same settings, and what both cost. A scene takes five to forty minutes on two slow cores.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -31,8 +31,8 @@ type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 pub struct Plan {
     /// The program: target/release/twobounce
     program: PathBuf,
-    /// A folder where sweeps are kept, and taken from where they are; a test of src/plan/search.rs lets the search find its way through
-    /// those of tests/plan
+    /// A folder where sweeps are kept, and taken from where they are; a test of src/plan/search.rs lets the search find
+    /// its way through those of tests/plan
     #[arg(long)]
     sweeps: Option<PathBuf>,
     /// box, exterior, lamps, gallery, or files
@@ -43,7 +43,8 @@ pub struct Plan {
 /// Pixels of all images.
 const SIZE: (u32, u32) = (64, 64);
 
-/// Settings that every combination has, so that every combination of the rest can be measured: 288 of rays, 72 of lpv, 4 of none.
+/// Settings that every combination has, so that every combination of the rest can be measured: 288 of rays, 72 of lpv,
+/// 4 of none.
 const FIXED: [&str; 7] = [
     "voxels=32",
     "bounces=2",
@@ -296,7 +297,8 @@ fn lamps_scene() -> twobounce::Result<Vec<u8>> {
     scene("lamps", &blocks, "light = { type = 'point', intensity = 1.0 }", [0.0, 2.0, 9.0])
 }
 
-/// A description as those of the scenes in `assets/`: boxes, a light, and a camera that looks along −Z and a little down.
+/// A description as those of the scenes in `assets/`: boxes, a light, and a camera that looks along −Z and a little
+/// down.
 fn scene(name: &str, blocks: &[SceneBox], light: &str, eye: [f32; 3]) -> twobounce::Result<Vec<u8>> {
     let (mut materials, mut nodes) = (String::new(), String::new());
     for (i, (center, size, [r, g, b], emits)) in blocks.iter().enumerate() {

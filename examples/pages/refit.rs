@@ -1,5 +1,5 @@
-//! Rays through a tree that was only refitted after skins and morph targets moved its triangles: their steps from box to box, and
-//! those through a tree that was made for the pose.
+//! Rays through a tree that was only refitted after skins and morph targets moved its triangles: their steps from box
+//! to box, and those through a tree that was made for the pose.
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! Fills the tables of README.md, `docs/accuracy.md` and `docs/notes/strengths.md`, a comparison of the methods in numbers. Errors, times
-//! and memory are taken from the rows of the study; leaks and noise are measured.
+//! Fills the tables of README.md, `docs/accuracy.md` and `docs/notes/strengths.md`, a comparison of the methods in
+//! numbers. Errors, times and memory are taken from the rows of the study; leaks and noise are measured.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -71,7 +71,8 @@ fn measured(context: &Arc<Context>, preset: &str) -> Result<String> {
     Ok(format!("| `{preset}` | {} | {} |", leaks.join(" | "), noises.join(" | ")))
 }
 
-/// Two rooms of 1 m that share a wall, `thick` voxels thick; a light is in one of them. The dark one's mean over the lit one's.
+/// Two rooms of 1 m that share a wall, `thick` voxels thick; a light is in one of them. The dark one's mean over the
+/// lit one's.
 pub fn leak(context: &Arc<Context>, settings: &Settings, thick: f64) -> Result<f64> {
     // The longest side fills the grid but for its margins.
     let voxel_m = 2.0 / (f64::from(settings.voxels) - 2.0 * settings.grid.margin);

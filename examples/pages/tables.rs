@@ -1,5 +1,5 @@
-//! Tables of measured numbers in Markdown pages, filled from the rows of the study. `cargo run --release --example pages -- strengths` writes
-//! them, and tests compare them with the rows.
+//! Tables of measured numbers in Markdown pages, filled from the rows of the study. `cargo run --release --example
+//! pages -- strengths` writes them, and tests compare them with the rows.
 
 use std::path::Path;
 
@@ -131,7 +131,8 @@ fn first_conditions(of_scene: &[(&str, &CsvRow)]) -> String {
     of_scene.first().map_or(String::new(), |(_, row)| conditions(row))
 }
 
-/// A number of the chosen presets on every scene. `what`: `total` and `diffuse` are error and energy, others time and memory.
+/// A number of the chosen presets on every scene. `what`: `total` and `diffuse` are error and energy, others time and
+/// memory.
 fn scenes(rows: &[CsvRow], what: &str) -> String {
     let scenes = || ROWS.iter().flat_map(|(_, scenes)| scenes.iter().copied());
     let cell = |row: &CsvRow| match what {

@@ -1,5 +1,6 @@
 //! The native part of the Python package `twobounce`. Python's part (`python/src/twobounce/__init__.py`) has the names,
-//! defaults and docs; this one converts values, runs the work without Python's lock, and lets signals and callbacks end it.
+//! defaults and docs; this one converts values, runs the work without Python's lock, and lets signals and callbacks end
+//! it.
 
 mod image;
 mod options;

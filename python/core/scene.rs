@@ -110,7 +110,8 @@ impl Scene {
         scene.textures.len() - 1
     }
 
-    /// Bytes of contiguous arrays: f32 positions and normals (3 a vertex) and uvs (2), u32 indices. `transform`: 3 rows of 4.
+    /// Bytes of contiguous arrays: f32 positions and normals (3 a vertex) and uvs (2), u32 indices. `transform`: 3 rows
+    /// of 4.
     fn add_mesh(
         &mut self,
         arrays: (Vec<u8>, Vec<u8>, Vec<u8>, Vec<u8>),
@@ -153,7 +154,8 @@ impl Scene {
         Ok(Arc::make_mut(&mut self.0).add_mesh(mesh, DAffine3::from_mat3_translation(axes, column(3))))
     }
 
-    /// `place`: position, and direction of a spot or directional light. `cone`: inner and outer half angle of a spot light in radians.
+    /// `place`: position, and direction of a spot or directional light. `cone`: inner and outer half angle of a spot
+    /// light in radians.
     fn add_light(
         &mut self,
         intensity: [f32; 3],

@@ -163,8 +163,8 @@ fn rows_pages_and_failures() {
     assert!(said.contains("rows kept from earlier calls: 4 of 6") && !said.contains("could not run"), "{said}");
 }
 
-/// The chart and `compare` measure by one definition: every number of a row is that of the images, rendered one by one. The box is lit by
-/// a lamp, so that presets which gather lamps need a second image for their indirect light.
+/// The chart and `compare` measure by one definition: every number of a row is that of the images, rendered one by one.
+/// The box is lit by a lamp, so that presets which gather lamps need a second image for their indirect light.
 #[test]
 fn a_row_and_a_comparison_of_its_images_say_the_same() {
     let folder = Folder::empty();

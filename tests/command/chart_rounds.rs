@@ -1,4 +1,5 @@
-//! A chart's rounds: rough references and a page soon, then errors as good as asked for, while times stay as they were measured.
+//! A chart's rounds: rough references and a page soon, then errors as good as asked for, while times stay as they were
+//! measured.
 
 use std::fs;
 use std::process::{Command, Stdio};

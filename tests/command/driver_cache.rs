@@ -5,8 +5,8 @@ use std::process::Command;
 
 use crate::cli_common::{Folder, root, text};
 
-/// Draws through a geometry shader, whose outputs the driver holds in memory of its own, with vectors of so many bits, over a
-/// heap in which glibc finds what is written past the end of a block.
+/// Draws through a geometry shader, whose outputs the driver holds in memory of its own, with vectors of so many bits,
+/// over a heap in which glibc finds what is written past the end of a block.
 fn rendered(folder: &Folder, cache: &str, bits: &str) -> Vec<u8> {
     let out = folder.path("a.png");
     let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));

@@ -40,8 +40,8 @@ fn the_example_draws_what_the_command_line_draws() {
     assert!(refused.status.code() == Some(2) && String::from_utf8_lossy(&refused.stderr).starts_with("call it with"));
 }
 
-/// An engine's own G-buffer is lit as the renderer's, under the validation layer: pixels differ at edges, which the engine does not
-/// smooth, and by the noise of 16 passes.
+/// An engine's own G-buffer is lit as the renderer's, under the validation layer: pixels differ at edges, which the
+/// engine does not smooth, and by the noise of 16 passes.
 #[test]
 #[ignore = "it builds a program of its own: `make test-more`"]
 fn an_engines_own_surfaces_are_lit_as_the_renderers() {

@@ -21,7 +21,8 @@ fn small(preset: &str) -> Options {
     options
 }
 
-/// The library writes with options the bytes that the command writes with flags, as an .exr and as a .png, with as many notes.
+/// The library writes with options the bytes that the command writes with flags, as an .exr and as a .png, with as many
+/// notes.
 fn are_equal(scene: &Path, preset: &str, flags: &[&str], change: impl Fn(&mut Options)) {
     let folder = Folder::empty();
     let scene_words = scene.display().to_string();

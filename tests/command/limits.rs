@@ -1,4 +1,5 @@
-//! Limits of the system: each ends in a sentence and exit code 2, or work goes on with less; no crash, no hang, no half file.
+//! Limits of the system: each ends in a sentence and exit code 2, or work goes on with less; no crash, no hang, no half
+//! file.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;

@@ -1,5 +1,5 @@
-//! Work that several machines share, as two processes: the parts together are the whole's bits, times excepted, and a worker that is
-//! killed loses nothing and does nothing twice.
+//! Work that several machines share, as two processes: the parts together are the whole's bits, times excepted, and a
+//! worker that is killed loses nothing and does nothing twice.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -1,6 +1,6 @@
-//! One more method takes four additions: a folder in `src/gi`, one in `glsl/gi`, a table of settings in `src/settings/methods`, a line
-//! of the list there. The test adds one to a copy of the house, builds it, and finds it everywhere: in the image,
-//! the layers, the memory plan, the timings, the settings, a chart's rows and a profile.
+//! One more method takes four additions: a folder in `src/gi`, one in `glsl/gi`, a table of settings in
+//! `src/settings/methods`, a line of the list there. The test adds one to a copy of the house, builds it, and finds it
+//! everywhere: in the image, the layers, the memory plan, the timings, the settings, a chart's rows and a profile.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -111,7 +111,8 @@ fn a_fourth_method_takes_four_places() {
         let pairs = image.get(Aov::Indirect).unwrap().iter().zip(image.get(Aov::Albedo).unwrap());
         let mut seen = 0;
         for (indirect, albedo) in pairs.filter(|(_, albedo)| albedo[0] > 0.1) {
-            // The box is of Lambertian walls: radiance is albedo times what comes. f16 keeps 11 bits of what is gathered.
+            // The box is of Lambertian walls: radiance is albedo times what comes. f16 keeps 11 bits of what is
+            // gathered.
             assert!((0..3).all(|c| (indirect[c] - 0.25 * albedo[c]).abs() < 1e-3), "{indirect:?} {albedo:?}");
             seen += 1;
         }

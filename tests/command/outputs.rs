@@ -83,8 +83,8 @@ fn srgb_codes_are_those_of_the_standard() {
     assert_eq!([-1.0, 2.0, f32::NAN, f32::INFINITY].map(srgb_code), [0, 255, 0, 255]);
 }
 
-/// Every curve keeps greys grey (AgX as far as the published digits of its matrices do), rises without a jump from 0 to 1,
-/// and stays in bounds.
+/// Every curve keeps greys grey (AgX as far as the published digits of its matrices do), rises without a jump from 0 to
+/// 1, and stays in bounds.
 #[test]
 fn tone_curves_keep_their_promises() {
     for tone in ToneMap::ALL {
@@ -95,7 +95,8 @@ fn tone_curves_keep_their_promises() {
             let [r, g, b] = tone.apply([x; 3]);
             assert!((r - g).abs().max((g - b).abs()) < 1e-3, "{tone}: {x} gives {r}, {g}, {b}");
             assert!(g >= last - 1e-6 && g <= 1.0, "{tone}: {x} gives {g} after {last}");
-            // 0.01 of a stop changes the input by 0.7 %. No curve is steeper than 1.6 times the display's own exponent of 2.2.
+            // 0.01 of a stop changes the input by 0.7 %. No curve is steeper than 1.6 times the display's own exponent
+            // of 2.2.
             assert!(last < 0.0 || g - last <= 0.007 * 1.6 * 2.2 * x.min(1.0) + 1e-6, "{tone}: a jump at {x}");
             last = g;
         }

@@ -1,4 +1,5 @@
-//! `twobounce plan` as a user meets it: the answer, its files, the same again at once, going on after Ctrl-C, and what it refuses.
+//! `twobounce plan` as a user meets it: the answer, its files, the same again at once, going on after Ctrl-C, and what
+//! it refuses.
 
 use crate::cli_common;
 

@@ -113,8 +113,8 @@ fn a_sequence_is_numbered_and_reports_are_whole() {
         assert!(told.lines().any(|line| line.starts_with(name)), "{name} is not in the table");
         assert!(pass["cpu_ms"]["median"].as_f64().unwrap() >= 0.0);
     }
-    // Two events that name the track, 3 frames, and the passes of each: the first frame, at the time of those that warmed up,
-    // makes nothing anew but what is seen, and the image.
+    // Two events that name the track, 3 frames, and the passes of each: the first frame, at the time of those that
+    // warmed up, makes nothing anew but what is seen, and the image.
     let trace = json("t.trace");
     let events: Vec<&str> =
         trace["traceEvents"].as_array().unwrap().iter().filter_map(|e| e["name"].as_str()).collect();
@@ -320,8 +320,8 @@ fn signals_end_a_long_frame_soon() {
         std::thread::sleep(Duration::from_secs(3));
         let start = Instant::now();
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
-        // It is the last word: what follows is the system's part, which takes long where a driver's thread of least priority must run
-        // to end.
+        // It is the last word: what follows is the system's part, which takes long where a driver's thread of least
+        // priority must run to end.
         let mut said = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
         assert!(said.any(|line| line == "twobounce: interrupted"));
         assert!(start.elapsed() < Duration::from_secs(2), "{signal} took {:?}", start.elapsed());

@@ -1,6 +1,6 @@
-//! The same command writes the same bytes, whatever the driver's threads, its caches and the machine's other work. Vectors of
-//! 128 bits give the pixels of 256 bits; only the device's name in an EXR's header tells them apart. The preset `printed`
-//! is an exception. On a GPU, which has neither such threads nor widths, runs are compared.
+//! The same command writes the same bytes, whatever the driver's threads, its caches and the machine's other work.
+//! Vectors of 128 bits give the pixels of 256 bits; only the device's name in an EXR's header tells them apart. The
+//! preset `printed` is an exception. On a GPU, which has neither such threads nor widths, runs are compared.
 
 use std::fs;
 use std::path::Path;
@@ -40,7 +40,8 @@ impl Around<'_> {
     }
 }
 
-/// The preset of which 108 of the gallery's 1536 pixels differ between widths, by up to 0.1 %; and the share that is let pass.
+/// The preset of which 108 of the gallery's 1536 pixels differ between widths, by up to 0.1 %; and the share that is
+/// let pass.
 const DIFFERS: (&str, f32) = ("printed", 2e-3);
 
 /// Sets it at the end of its scope, by a panic too.

@@ -119,9 +119,9 @@ fn backs_without_a_side_dim_nothing_behind_glass() {
     assert!(of_box.len() == 2 && of_box.iter().all(|place| place[1].as_f64().unwrap() < 0.26), "{places:?}");
 }
 
-/// Scenes made by chance: nothing hangs, every pixel is finite, and most are as bright as the path tracer's. Seed 0 looks
-/// through up to fifty panes of glass at what few rays light (0.67 of it), seed 6 has a light and seed 10 a lamp that almost
-/// touch a surface, which few points find (0.86, 0.85).
+/// Scenes made by chance: nothing hangs, every pixel is finite, and most are as bright as the path tracer's. Seed 0
+/// looks through up to fifty panes of glass at what few rays light (0.67 of it), seed 6 has a light and seed 10 a lamp
+/// that almost touch a surface, which few points find (0.86, 0.85).
 #[test]
 #[ignore = "half a minute: make test-more"]
 fn scenes_made_by_chance_are_finite() {

@@ -79,7 +79,8 @@ fn the_rooms_in_docs_are_of_todays_presets() {
     assert_eq!(shown, presets, "docs/notes/study/rooms is stale: run `twobounce study --presets-only`");
 }
 
-/// Says so when an axis is added and the study is not run again. Until the study is run there is nothing to hold it against.
+/// Says so when an axis is added and the study is not run again. Until the study is run there is nothing to hold it
+/// against.
 #[test]
 fn the_study_in_docs_is_of_todays_axes() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/notes/study/README.md");

@@ -1,5 +1,5 @@
-//! `twobounce suite`: an image has the error that it was given, references are made again, and nonsense is refused before anything is
-//! written.
+//! `twobounce suite`: an image has the error that it was given, references are made again, and nonsense is refused
+//! before anything is written.
 
 use std::fs;
 

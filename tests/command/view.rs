@@ -140,7 +140,8 @@ fn swapchains_that_are_out_of_date_are_made_anew() {
     assert!(pixels(&folder.path().join("a.png")) == pixels(&folder.path().join("b.png")));
 }
 
-/// Both devices are lost, one after the other, and opened anew; one that is lost again at once is given up in a sentence.
+/// Both devices are lost, one after the other, and opened anew; one that is lost again at once is given up in a
+/// sentence.
 #[test]
 fn lost_devices_are_opened_anew() {
     let folder = folder();
@@ -168,7 +169,8 @@ fn layers_and_panel_are_shown() {
     assert!(image != normals && image != panel);
 }
 
-/// Each picture gets a name of its own, whatever the folder holds, and is whole though the key is pressed while it is made.
+/// Each picture gets a name of its own, whatever the folder holds, and is whole though the key is pressed while it is
+/// made.
 #[test]
 fn pictures_are_saved_whole_under_names_that_are_free() {
     let folder = folder();
@@ -244,7 +246,8 @@ fn without_the_feature_there_is_nothing_of_a_window() {
     assert!(!windows(&tree(&["--no-default-features"])));
 }
 
-/// Left of the line what `--preset fast` renders, right of it what another preset does; a picture differs in nothing from itself.
+/// Left of the line what `--preset fast` renders, right of it what another preset does; a picture differs in nothing
+/// from itself.
 #[test]
 fn another_preset_is_shown_beside() {
     let folder = folder();

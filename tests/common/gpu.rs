@@ -20,15 +20,15 @@ use twobounce::vk::{Context, ContextOptions, download, download_image};
 
 use glam::Vec4;
 
-/// A device with validation and synchronisation validation on; one for all tests of a binary, so that they compile a pipeline
-/// once.
+/// A device with validation and synchronisation validation on; one for all tests of a binary, so that they compile a
+/// pipeline once.
 pub fn context() -> Arc<Context> {
     static SHARED: LazyLock<Arc<Context>> = LazyLock::new(own_context);
     SHARED.clone()
 }
 
-/// Shaders of the folder that `TWOBOUNCE_TEST_GLSL` names take the place of those that the build compiled: `make faults` plants
-/// most faults in this way, without building anything.
+/// Shaders of the folder that `TWOBOUNCE_TEST_GLSL` names take the place of those that the build compiled: `make
+/// faults` plants most faults in this way, without building anything.
 #[cfg(feature = "hot-reload")]
 fn take_planted_shaders() {
     static TAKEN: LazyLock<()> = LazyLock::new(|| {
@@ -68,7 +68,8 @@ pub fn describing() -> Arc<Context> {
     Context::describing(&options).expect("a device that twobounce can use")
 }
 
-/// The ways in which rays of a context find triangles, the tree first. `TWOBOUNCE_TEST_QUERIES` says that there must be queries.
+/// The ways in which rays of a context find triangles, the tree first. `TWOBOUNCE_TEST_QUERIES` says that there must be
+/// queries.
 pub fn tracers(context: &Context) -> &'static [Tracer] {
     let asked = std::env::var_os("TWOBOUNCE_TEST_QUERIES").is_some();
     assert!(context.has_ray_queries() || !asked, "{} has no ray queries", context.name);

@@ -1,4 +1,5 @@
-//! Scenes, settings and frames with values in public fields that make no sense: each is refused in a sentence, or is rendered.
+//! Scenes, settings and frames with values in public fields that make no sense: each is refused in a sentence, or is
+//! rendered.
 #![allow(dead_code)]
 
 use std::sync::Arc;

@@ -62,8 +62,8 @@ impl PhotonGpu {
         this
     }
 
-    /// `of`: for a level and a place in it, in its texels, what is sent in every direction (premultiplied, and its area) and what
-    /// stands in the way of travellers along the axes, to and fro (and the share of samples).
+    /// `of`: for a level and a place in it, in its texels, what is sent in every direction (premultiplied, and its
+    /// area) and what stands in the way of travellers along the axes, to and fro (and the share of samples).
     pub fn fill(&self, of: impl Fn(u32, [u32; 3]) -> (Vec4, Vec4)) {
         self.fill_directions(|level, at, _| of(level, at));
     }

@@ -1,4 +1,5 @@
-//! A lit room in which a box can be moved about, and a renderer that is kept from frame to frame. Every test file uses a part.
+//! A lit room in which a box can be moved about, and a renderer that is kept from frame to frame. Every test file uses
+//! a part.
 #![allow(dead_code)]
 
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! The promises of compositing by sums, on the twin of the cones (tests/device/functions_cones.rs holds the shaders against it): light that
-//! depends neither on how long a step is nor on where steps fall, and on no axis of the grid.
+//! The promises of compositing by sums, on the twin of the cones (tests/device/functions_cones.rs holds the shaders
+//! against it): light that depends neither on how long a step is nor on where steps fall, and on no axis of the grid.
 
 use crate::gpu::twins;
 
@@ -87,7 +87,8 @@ fn symmetries() -> Vec<Mat3> {
     orders.into_iter().flat_map(|order| (0..8).map(move |signs| signed(order, signs))).collect()
 }
 
-/// Every texel goes where `turn` takes it about the grid's middle, and its targets to the directions that theirs turn into.
+/// Every texel goes where `turn` takes it about the grid's middle, and its targets to the directions that theirs turn
+/// into.
 fn turned(level: &Level, turn: Mat3) -> Level {
     let middle = Vec3::splat(0.5 * (EDGE - 1) as f32);
     let mut to = empty();

@@ -1,5 +1,5 @@
-//! Skins and morph targets: closed forms, the device's pass against its twin on the CPU, the renderer against the path tracer in
-//! several poses, and what stays of a pose that is over.
+//! Skins and morph targets: closed forms, the device's pass against its twin on the CPU, the renderer against the path
+//! tracer in several poses, and what stays of a pose that is over.
 
 use crate::gpu;
 
@@ -31,9 +31,9 @@ fn node(scene: &mut Scene, parent: Option<usize>, translation: DVec3) -> usize {
     scene.nodes.len() - 1
 }
 
-/// A bar of `material` from 0 to 2 along +Y, half a metre thick, that two joints move, at the heights 0 and 1: above 1 the upper
-/// one alone, below it the lower one alone, and at 1 both alike. Within a second the upper joint turns by 90° about +Z. A target,
-/// whose weight goes from 0 to 1 meanwhile, widens the bar along Z by half.
+/// A bar of `material` from 0 to 2 along +Y, half a metre thick, that two joints move, at the heights 0 and 1: above 1
+/// the upper one alone, below it the lower one alone, and at 1 both alike. Within a second the upper joint turns by 90°
+/// about +Z. A target, whose weight goes from 0 to 1 meanwhile, widens the bar along Z by half.
 fn add_bar(scene: &mut Scene, material: usize, at: DVec3) -> usize {
     let mut mesh = Mesh::default();
     for k in 0..8 {
@@ -204,8 +204,8 @@ fn small(changes: &[&str]) -> Settings {
     gpu::with(Settings { voxels: 32, ..Settings::fast() }, changes)
 }
 
-/// Vertices of the device against the twin's: the order of operations is the same, but a driver may fuse multiplications and
-/// additions: a few roundings of the largest number that goes into a sum.
+/// Vertices of the device against the twin's: the order of operations is the same, but a driver may fuse
+/// multiplications and additions: a few roundings of the largest number that goes into a sum.
 fn check_vertices(scene: &Scene, renderer: &Renderer, pose: &Pose) {
     let on_gpu = &renderer.ground().scene;
     let words: Vec<u32> = download(&gpu::context(), &on_gpu.vertices).expect("vertices");
@@ -329,9 +329,9 @@ fn a_pose_that_is_over_leaves_nothing() {
     assert_eq!(gpu::context().take_validation_messages(), Vec::<String>::new());
 }
 
-/// With all bounces a frame goes on from the light before it, and the mean over passes begins after 64 frames that stand still. By
-/// then the light of another pose is gone. A new renderer begins its mean when a frame changes by less than [`SETTLED`]: that share
-/// of all light is open between the two, on either side.
+/// With all bounces a frame goes on from the light before it, and the mean over passes begins after 64 frames that
+/// stand still. By then the light of another pose is gone. A new renderer begins its mean when a frame changes by less
+/// than [`SETTLED`]: that share of all light is open between the two, on either side.
 #[test]
 fn all_bounces_forget_a_pose_in_frames_that_are_counted() {
     let scene = room();
@@ -362,7 +362,8 @@ fn khronos_samples_take_their_known_poses() {
         let path = Path::new(&folder).join(format!("{name}/glTF/{name}.gltf"));
         Scene::load(&path, &LoadOptions::default()).expect("a sample")
     };
-    // SimpleMorph: weights (0,0), (0,1), (1,1), (1,0), (0,0) at 0 to 4 s; the targets move the top by (−1,1,0) and (1,1,0).
+    // SimpleMorph: weights (0,0), (0,1), (1,1), (1,0), (0,0) at 0 to 4 s; the targets move the top by (−1,1,0) and
+    // (1,1,0).
     let morph = load("SimpleMorph");
     for (time, [a, b]) in
         [(0.0, [0.0, 0.0]), (1.0, [0.0, 1.0]), (1.5, [0.5, 1.0]), (2.0, [1.0, 1.0]), (3.0, [1.0, 0.0])]

@@ -1,5 +1,5 @@
-//! A frame does no work that its scene does not ask for: no pass of nothing, no bytes that no pass uses, no pipeline that no pass
-//! runs, and no pass for what the scene does not have.
+//! A frame does no work that its scene does not ask for: no pass of nothing, no bytes that no pass uses, no pipeline
+//! that no pass runs, and no pass for what the scene does not have.
 
 use crate::gpu;
 use crate::kinds;

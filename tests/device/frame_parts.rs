@@ -1,5 +1,5 @@
-//! A frame's parts as a host uses them: several frames in flight in the host's own command buffers, changes that make anew only
-//! what depends on them.
+//! A frame's parts as a host uses them: several frames in flight in the host's own command buffers, changes that make
+//! anew only what depends on them.
 
 use crate::gpu;
 use crate::vk_common;
@@ -151,9 +151,9 @@ fn growth_that_fails_halfway_leaves_a_frame_that_draws() {
     gpu::assert_clean(&context);
 }
 
-/// The timestamps of work whose parts are submissions of their own hold nearly all of the time that it takes as seen from outside: the
-/// host's submissions and waits take the rest, a fifth here where nothing else runs. Other tests run beside: so the device is opened
-/// once more, with a queue of its own, and the best of up to ten frames counts.
+/// The timestamps of work whose parts are submissions of their own hold nearly all of the time that it takes as seen
+/// from outside: the host's submissions and waits take the rest, a fifth here where nothing else runs. Other tests run
+/// beside: so the device is opened once more, with a queue of its own, and the best of up to ten frames counts.
 #[test]
 fn device_time_is_nearly_all_of_a_frame_that_is_cut_into_parts() {
     let (context, scene) = (gpu::own_context(), room());

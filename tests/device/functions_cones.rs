@@ -205,8 +205,8 @@ fn the_offset_moves_the_look_ups_and_not_their_width() {
     let gpu = Gpu::new(&volume).evaluate(Function::GatherDiffuse, &[input], &settings)[0].vec3(0);
     let twin =
         cone::gather_diffuse(&volume, Vec3::new(0.5, 40.0 / 128.0, 0.5), Vec3::Y, Vec3::ZERO, &settings.of.cones);
-    // By hand: diameters of 8, 24, 72 and 216 voxels, of which 128 is the chain's last level; 1 + 4/√2 voxels up, and from
-    // there 2.72 along a cone that stands upright or leans by 45°.
+    // By hand: diameters of 8, 24, 72 and 216 voxels, of which 128 is the chain's last level; 1 + 4/√2 voxels up, and
+    // from there 2.72 along a cone that stands upright or leans by 45°.
     let levels = 3.0 + 24f32.log2() + 72f32.log2() + 7.0;
     let height = 40.0 + 1.0 + 4.0 * FRAC_1_SQRT_2 + 2.72 * (0.28 + 0.72 * FRAC_1_SQRT_2);
     // A driver may round the share of a level to 8 bits.

@@ -1,4 +1,5 @@
-//! Directions, clipped and lit triangles, and the sums kept of them: GLSL functions of `glsl/common` against their twins.
+//! Directions, clipped and lit triangles, and the sums kept of them: GLSL functions of `glsl/common` against their
+//! twins.
 
 use crate::gpu;
 

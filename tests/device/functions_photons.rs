@@ -1,4 +1,5 @@
-//! The formulas of the method `photons` on the GPU: that each is right, and that what the notes print in its place is not.
+//! The formulas of the method `photons` on the GPU: that each is right, and that what the notes print in its place is
+//! not.
 
 use std::f32::consts::PI;
 
@@ -103,8 +104,8 @@ fn texels_have_the_symmetries_of_z() {
     assert!(differ, "x and z are alike too: say so in docs");
 }
 
-/// A cone finds what is sent towards its apex: in a fog whose every direction has a light of its own, all that it sees is the
-/// map's light at minus its axis. No two texels are alike, so that no other order of them passes.
+/// A cone finds what is sent towards its apex: in a fog whose every direction has a light of its own, all that it sees
+/// is the map's light at minus its axis. No two texels are alike, so that no other order of them passes.
 #[test]
 fn a_cone_looks_up_the_direction_back_to_its_apex() {
     let gpu = Gpu::new();
@@ -123,7 +124,8 @@ fn a_cone_looks_up_the_direction_back_to_its_apex() {
             expected += weight.x * weight.y * light((4 * y + x) as u32);
         }
         let [found, open, _] = gpu.trace(Vec3::splat(8.0), d, 0.1, &settings(&[]));
-        // Samplers may weigh equal texels of a filter by fractions of 1/256, whose sum is 1: rounding of f32 and f16 is left.
+        // Samplers may weigh equal texels of a filter by fractions of 1/256, whose sum is 1: rounding of f32 and f16 is
+        // left.
         assert!((found - expected).abs() < 2e-3 && open == 0.0, "{d}: {found} is not {expected}, {open} open");
     }
 }
@@ -262,7 +264,8 @@ fn a_medium_lets_through_the_same_in_any_steps_and_the_printed_exponent_does_not
     let right = steps.map(|step| through(step, &[]));
     let exact = 0.9_f32.powf(15.5);
     for (step, found) in steps.iter().zip(right) {
-        // The last sphere may reach half a voxel beyond the border, and filtering fades over the last half: a tenth each.
+        // The last sphere may reach half a voxel beyond the border, and filtering fades over the last half: a tenth
+        // each.
         assert!((found / exact - 1.0).abs() < 0.1, "{step}: {found} is not {exact}");
     }
     let printed = steps.map(|step| through(step, &["photons.ledger.beer=printed"]));
@@ -359,7 +362,8 @@ fn a_wall_is_one_wall_in_a_sum_and_leaks_under_over() {
     for ratio in [0.1, 0.25, 0.5] {
         let open = |i: u32| gpu.trace(Vec3::new(1.0 + i as f32 / 4.0, 8.0, 8.0), Vec3::X, ratio, &settings(&[]))[1];
         let mean = (0..32).map(open).sum::<f32>() / 32.0;
-        // Half of the last sphere, and all that follow, lie beyond the grid: at R = ½ each is three times as wide as the one before.
+        // Half of the last sphere, and all that follow, lie beyond the grid: at R = ½ each is three times as wide as
+        // the one before.
         let most = if ratio < 0.5 { 0.15 } else { 0.35 };
         assert!(mean < most, "R {ratio}: {mean} of a wall is open");
     }

@@ -1,4 +1,5 @@
-//! The library within a host, by its published names alone: outputs in the host's images, layers, growth, changes, refusals.
+//! The library within a host, by its published names alone: outputs in the host's images, layers, growth, changes,
+//! refusals.
 
 use crate::vk_common;
 
@@ -181,7 +182,8 @@ fn surfaces_that_the_host_drew_get_the_same_light() {
     }
 }
 
-/// Metal, a mirror and a glossy floor that a renderer draws are handed back as a host's: what they mirror is the same, by each method.
+/// Metal, a mirror and a glossy floor that a renderer draws are handed back as a host's: what they mirror is the same,
+/// by each method.
 #[test]
 fn glossy_surfaces_that_the_host_drew_mirror_the_same() {
     // Roughness, metallic and specular by the base colour's green.

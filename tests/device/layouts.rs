@@ -1,5 +1,5 @@
-//! Every struct shared with GLSL has the same names, offsets and sizes on both sides, read from the compiled shaders; and
-//! every number that both sides write down is the same, read from the source: compiled, it has no name.
+//! Every struct shared with GLSL has the same names, offsets and sizes on both sides, read from the compiled shaders;
+//! and every number that both sides write down is the same, read from the source: compiled, it has no name.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,5 @@
-//! Light on demand: an item is lit where something asks for its light, and has then the light that it has where all are lit.
+//! Light on demand: an item is lit where something asks for its light, and has then the light that it has where all are
+//! lit.
 
 use crate::gpu;
 use crate::more;
@@ -14,7 +15,8 @@ use twobounce::scene::{Bounds, Scene, View};
 use twobounce::settings::Settings;
 use twobounce::vk::{download, upload_into};
 
-/// The bits of an item that the first and the second bounce light: `ASKED_FIRST` and `ASKED_SECOND` in `glsl/ground/ask.glsl`.
+/// The bits of an item that the first and the second bounce light: `ASKED_FIRST` and `ASKED_SECOND` in
+/// `glsl/ground/ask.glsl`.
 const ASKED: [u32; 2] = [1, 2];
 
 /// Voxel, triangle and whether it is a twin: what tells an item from all others in every list.
@@ -103,8 +105,8 @@ fn turned(view: View) -> View {
     View { forward: -view.forward, ..view }
 }
 
-/// With all bounces everything is lit, whoever sees it: a camera that turns around finds in its first frame the light that one
-/// finds which looked there all along. So it does after things and lights have moved behind its back.
+/// With all bounces everything is lit, whoever sees it: a camera that turns around finds in its first frame the light
+/// that one finds which looked there all along. So it does after things and lights have moved behind its back.
 #[test]
 fn with_all_bounces_what_comes_into_view_is_lit_in_its_first_frame() {
     let (gallery, room) = (asset("gallery.glb"), room());
@@ -131,8 +133,8 @@ fn with_all_bounces_what_comes_into_view_is_lit_in_its_first_frame() {
     }
 }
 
-/// A mirror that shows another one shows direct light, of glass too, which keeps none: what was in the memory before must not
-/// come into the image.
+/// A mirror that shows another one shows direct light, of glass too, which keeps none: what was in the memory before
+/// must not come into the image.
 #[test]
 fn mirrors_show_no_light_that_nothing_wrote() {
     let (context, scene) = (gpu::context(), asset("gallery.glb"));

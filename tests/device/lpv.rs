@@ -30,17 +30,19 @@ fn plate_under_sky(changes: &[&str]) -> Vec<[f32; 3]> {
     gpu::render_layers(&gpu::context(), &scene, &settings, 8, view, vec![Aov::Ao]).read().beauty().to_vec()
 }
 
-/// Nothing but the sky, which comes in from all sides: the plate's front is as bright as its albedo times what is open, all of the
-/// hemisphere.
+/// Nothing but the sky, which comes in from all sides: the plate's front is as bright as its albedo times what is open,
+/// all of the hemisphere.
 #[test]
 fn the_sky_arrives_whole() {
     let image = plate_under_sky(&["lpv.iterations=1000"]);
     let mean = image.iter().map(|p| f64::from(p[1])).sum::<f64>() / 64.0;
-    // 1000 steps of 16³ cells leave a thousandth on its way; the plate, of two thirds of a cell, takes some of its own light.
+    // 1000 steps of 16³ cells leave a thousandth on its way; the plate, of two thirds of a cell, takes some of its own
+    // light.
     assert!((mean / 0.5 - 1.0).abs() < 0.05, "{mean}");
 }
 
-/// Deep inside a room that is open to one side, the sky's light arrives by way of the walls: later than a step per cell.
+/// Deep inside a room that is open to one side, the sky's light arrives by way of the walls: later than a step per
+/// cell.
 #[test]
 fn under_a_sky_light_goes_twice_as_many_steps() {
     let mut scene = Scene::empty("room");
@@ -118,7 +120,8 @@ fn a_wall_injects_pi_times_radiance_times_area() {
     };
     let flux: Vec<[f32; 4]> = download_image(&context, flux, 0).expect("a flux");
     let total: f64 = flux.iter().map(|f| f64::from(f[0])).sum::<f64>() / f64::from(renderer.frame().scale);
-    // After one step: lobes that are cut off have gained 0.1382 where they look along an axis, and nearly that elsewhere.
+    // After one step: lobes that are cut off have gained 0.1382 where they look along an axis, and nearly that
+    // elsewhere.
     let expected = PI * 2.0 / (2.0f64 / 32.0).powi(2);
     assert!((1.10..1.14).contains(&(total / expected)), "{total} is not {expected}");
 }
@@ -153,7 +156,8 @@ fn cascades_agree_in_even_light() {
     assert!((three / one - 1.0).abs() < 0.1, "{three} is not {one}");
 }
 
-/// A room of side 2 whose walls, floor and block have colours of their own, and whose floor has a map of perturbed normals.
+/// A room of side 2 whose walls, floor and block have colours of their own, and whose floor has a map of perturbed
+/// normals.
 fn bumpy_room() -> Scene {
     let mut scene = Scene::empty("bumpy room");
     let lean = |x: f32, y: f32| [x, y, (1.0 - x * x - y * y).sqrt()].map(|v| (127.5 + 127.5 * v).round() as u8);
@@ -180,8 +184,9 @@ fn bumpy_room() -> Scene {
     scene
 }
 
-/// The source's page applies light per visible pixel, from a depth buffer, a buffer of perturbed normals and three textures, one a
-/// colour, with four coefficients each. The same, done here from the image's layers and the sums, gives the image's indirect light.
+/// The source's page applies light per visible pixel, from a depth buffer, a buffer of perturbed normals and three
+/// textures, one a colour, with four coefficients each. The same, done here from the image's layers and the sums, gives
+/// the image's indirect light.
 #[test]
 fn printed_light_is_applied_from_depth_and_perturbed_normals() {
     let scene = bumpy_room();
@@ -237,8 +242,8 @@ fn printed_light_is_applied_from_depth_and_perturbed_normals() {
     assert!(on_floor > 500 && off_facet > on_floor / 2, "{off_facet} of {on_floor} pixels tell normals from facets");
 }
 
-/// Both sheets of a wall that is thinner than a cell face the same room. If both found the light before them, the wall would
-/// send on up to twice its albedo of it, .7 here, and the light of all bounces would grow without end.
+/// Both sheets of a wall that is thinner than a cell face the same room. If both found the light before them, the wall
+/// would send on up to twice its albedo of it, .7 here, and the light of all bounces would grow without end.
 #[test]
 fn a_wall_of_two_sheets_mirrors_light_once() {
     let scene = asset("two-rooms.glb");

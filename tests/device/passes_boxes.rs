@@ -1,5 +1,5 @@
-//! Boxes of finer voxels within the grid: what each lists, against a twin; that light crosses their borders, near the truth; and that
-//! it goes on where they move.
+//! Boxes of finer voxels within the grid: what each lists, against a twin; that light crosses their borders, near the
+//! truth; and that it goes on where they move.
 
 use crate::gpu;
 use crate::scenes;
@@ -97,8 +97,8 @@ fn indirect(side: f64, center: &str) -> Vec<[f32; 3]> {
     renderer.read().get(Aov::Indirect).expect("a layer").to_vec()
 }
 
-/// A wall is lit in voxels of three sizes; all of its light gets to all others. What voxels are, noise and the sizes of what is
-/// shared change with the boxes: 3 %. Without what is outside, more than half was missing.
+/// A wall is lit in voxels of three sizes; all of its light gets to all others. What voxels are, noise and the sizes of
+/// what is shared change with the boxes: 3 %. Without what is outside, more than half was missing.
 #[test]
 fn light_crosses_the_borders_of_boxes() {
     let whole = indirect(2.4 * ROOM, "0,0,0");
@@ -135,7 +135,8 @@ fn landscape() -> (Scene, View) {
     (scene, view([1.5, 1.5, 1.5], [-1.5, 1.0, -1.0]))
 }
 
-/// 5 %, of which the reference's noise is one: with one grid the walls' light is that of a voxel which holds the whole room.
+/// 5 %, of which the reference's noise is one: with one grid the walls' light is that of a voxel which holds the whole
+/// room.
 #[test]
 fn a_room_in_a_landscape_is_lit_right_by_default() {
     let (scene, view) = landscape();
@@ -160,8 +161,8 @@ fn a_room_in_a_landscape_is_lit_right_by_default() {
     assert!(coarse.1 > 0.15, "one grid does as well: {coarse:?}");
 }
 
-/// Where boxes follow the camera, light of all bounces is carried from the voxels that were there to those that are: no frame is
-/// darker by what would have to settle again. 4 %: other voxels.
+/// Where boxes follow the camera, light of all bounces is carried from the voxels that were there to those that are: no
+/// frame is darker by what would have to settle again. 4 %: other voxels.
 #[test]
 fn light_goes_on_where_boxes_move() {
     let stage = room();

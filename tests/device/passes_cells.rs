@@ -75,8 +75,8 @@ fn cells_give_the_bits_of_layers() {
         let mut holds = |pose, expected, when| {
             let found = studio.volumes(pose);
             let (share, off) = difference(&found, expected);
-            // A GPU's compiler contracts products and sums otherwise in fragment shaders than in compute shaders: rounding, and now
-            // and then a cone that meets another voxel.
+            // A GPU's compiler contracts products and sums otherwise in fragment shaders than in compute shaders:
+            // rounding, and now and then a cone that meets another voxel.
             let holds = if studio.context.is_cpu { found == *expected } else { share < 0.01 && off < 1e-3 };
             assert!(holds, "{fill}: {when}: {share} of the values differ by more than 2⁻⁹, the mean by {off}");
         };

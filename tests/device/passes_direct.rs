@@ -1,7 +1,7 @@
-//! Direct light and its exact shadows against closed forms: a floor under a spot, a point and a directional light, in the
-//! shadow of a square, whole or with a half that is masked or clear, and under many lamps; the Cornell box with a point light
-//! against its path-traced image; and the layer that says which surfaces are diffuse against the path tracer's, and how much
-//! light they send.
+//! Direct light and its exact shadows against closed forms: a floor under a spot, a point and a directional light, in
+//! the shadow of a square, whole or with a half that is masked or clear, and under many lamps; the Cornell box with a
+//! point light against its path-traced image; and the layer that says which surfaces are diffuse against the path
+//! tracer's, and how much light they send.
 
 use crate::gpu;
 

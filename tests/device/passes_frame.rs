@@ -1,5 +1,5 @@
-//! The frame against the talk's tables: passes, stages, resources, formats, order. The frame's side is what was recorded
-//! and what the pipelines' SPIR-V states; nothing here is declared by the passes themselves.
+//! The frame against the talk's tables: passes, stages, resources, formats, order. The frame's side is what was
+//! recorded and what the pipelines' SPIR-V states; nothing here is declared by the passes themselves.
 
 use crate::gpu;
 use crate::studio::asset;

@@ -66,8 +66,8 @@ fn distance(case: &str, preset: &str) -> f64 {
     Measured::of_samples(case, &samples, &[], 0.0).0.distance
 }
 
-/// The dark room is black to the bit: no ray leads there, and gathered pixels share no light across the wall. With links left out,
-/// a pixel has .5 of the lit room's light.
+/// The dark room is black to the bit: no ray leads there, and gathered pixels share no light across the wall. With
+/// links left out, a pixel has .5 of the lit room's light.
 #[test]
 fn light_is_not_shared_across_a_wall_that_is_seen_on_edge() {
     for preset in ["fast", "balanced"] {
@@ -75,7 +75,8 @@ fn light_is_not_shared_across_a_wall_that_is_seen_on_edge() {
     }
 }
 
-/// The dark side of a roof is black to the bit: it is lit by nothing, and shares nothing with the lit side across the ridge.
+/// The dark side of a roof is black to the bit: it is lit by nothing, and shares nothing with the lit side across the
+/// ridge.
 #[test]
 fn light_is_not_shared_across_a_crease() {
     for preset in ["fast", "balanced"] {
@@ -83,9 +84,9 @@ fn light_is_not_shared_across_a_crease() {
     }
 }
 
-/// Beside what stands on a floor the floor has as much light as the path tracer finds. The tolerance pays for light that is gathered
-/// at fewer pixels than the image has: `fast` takes a sixteenth of them. With lamps' light shared whatever shadow lies on it, `fast`
-/// was at 1.26, and `balanced` at 1.08.
+/// Beside what stands on a floor the floor has as much light as the path tracer finds. The tolerance pays for light
+/// that is gathered at fewer pixels than the image has: `fast` takes a sixteenth of them. With lamps' light shared
+/// whatever shadow lies on it, `fast` was at 1.26, and `balanced` at 1.08.
 #[test]
 fn no_bright_strip_lies_beside_what_stands_on_a_floor() {
     for (preset, most) in [("fast", 0.08), ("balanced", 0.035)] {
@@ -143,7 +144,8 @@ fn half_the_gathers_change_little() {
 
 #[test]
 fn no_light_is_shared_across_a_step() {
-    // A slot in a floor that is open to the sky: what lies in it sees a quarter of the sky, the floor about it sees all.
+    // A slot in a floor that is open to the sky: what lies in it sees a quarter of the sky, the floor about it sees
+    // all.
     let (width, depth) = (0.11_f32, 0.22_f32);
     let mut scene = Scene::empty("a slot in a floor");
     let grey = scene.add_material(Material { double_sided: true, ..Material::lambert("grey", Vec3::splat(0.5)) });
@@ -191,8 +193,8 @@ fn an_open_floor_sends_what_the_sky_gives() {
     }
 }
 
-/// A floor under a lamp two metres above it; the lamp a square cut into `cells`² squares, with a texture of which the left
-/// half shines, or without.
+/// A floor under a lamp two metres above it; the lamp a square cut into `cells`² squares, with a texture of which the
+/// left half shines, or without.
 fn floor_and_lamp(cells: u32, textured: bool) -> Scene {
     let mut scene = Scene::empty("floor and lamp");
     let grey = scene.add_material(Material::lambert("grey", Vec3::splat(0.5)));
@@ -215,7 +217,8 @@ fn floor_and_lamp(cells: u32, textured: bool) -> Scene {
     scene
 }
 
-/// Mean direct light of the floor about `x`, and what the form factor of the lamp between x = −0.5 and `end` makes of it.
+/// Mean direct light of the floor about `x`, and what the form factor of the lamp between x = −0.5 and `end` makes of
+/// it.
 fn lit(scene: &Scene, x: f64, end: f64) -> (f64, f64) {
     let projection = Projection::Orthographic { half_height: 0.05, near: 0.01, far: 10.0 };
     let down = View { eye: DVec3::new(x, 1.0, 0.0), forward: DVec3::NEG_Y, up: DVec3::Z, projection };
@@ -356,8 +359,8 @@ fn sheet_in_a_room(alpha: Alpha) -> Scene {
     scene
 }
 
-/// Light is gathered for the nearest blended surface as for the nearest opaque one. Where each pixel looks for itself, as behind
-/// another blended surface, the sheet shows the pattern of its directions.
+/// Light is gathered for the nearest blended surface as for the nearest opaque one. Where each pixel looks for itself,
+/// as behind another blended surface, the sheet shows the pattern of its directions.
 #[test]
 fn a_blended_sheet_gathers_as_an_opaque_one() {
     let view = View::look_at(DVec3::new(0.0, 0.0, 0.9), DVec3::new(0.0, 0.0, -0.5), DVec3::Y, 0.9);
@@ -372,12 +375,13 @@ fn a_blended_sheet_gathers_as_an_opaque_one() {
         (squares.sum::<f64>() / opaque.len() as f64).sqrt()
     };
     let blended = apart(&indirect(&sheet_in_a_room(Alpha::Blend)));
-    // A shadow ray may pass what is blended otherwise than what is opaque; list items stand at other places of their voxels.
+    // A shadow ray may pass what is blended otherwise than what is opaque; list items stand at other places of their
+    // voxels.
     assert!(blended < 0.02, "{blended}");
 }
 
-/// Each gathered pixel stands for a square of the image, and its light is that of the middle, wherever samples are: light of a lamp
-/// above lies as high in the image as with light that is gathered at every pixel.
+/// Each gathered pixel stands for a square of the image, and its light is that of the middle, wherever samples are:
+/// light of a lamp above lies as high in the image as with light that is gathered at every pixel.
 #[test]
 fn gathered_light_does_not_shift() {
     let view = View::look_at(DVec3::new(0.0, 0.0, 0.9), DVec3::new(0.0, 0.0, -0.5), DVec3::Y, 0.9);

@@ -1,6 +1,6 @@
 //! Reflections, glass, penumbrae and ambient occlusion against the path tracer, on scenes made for them
-//! (`tests/common/gloss.rs`), and the page that says how close they come: `docs/notes/specular.md`. Where an image changed for the
-//! better, TWOBOUNCE_WRITE_DOCS=1 with TWOBOUNCE_TEST_MORE=1 writes the page anew.
+//! (`tests/common/gloss.rs`), and the page that says how close they come: `docs/notes/specular.md`. Where an image
+//! changed for the better, TWOBOUNCE_WRITE_DOCS=1 with TWOBOUNCE_TEST_MORE=1 writes the page anew.
 
 use crate::gloss;
 use crate::gpu;
@@ -128,8 +128,8 @@ struct GlossScene {
 const SPHERES: &[Region] =
     &[Region::Sphere(0), Region::Sphere(1), Region::Sphere(2), Region::Sphere(3), Region::Sphere(4), Region::Sphere(5)];
 
-/// Every subject. The tolerances pay, in all of them, for the reference's noise (1 to 3 %) and for edges, which cones and rays
-/// see once per pixel and the reference as often as it has paths.
+/// Every subject. The tolerances pay, in all of them, for the reference's noise (1 to 3 %) and for edges, which cones
+/// and rays see once per pixel and the reference as often as it has paths.
 fn subjects() -> Vec<GlossScene> {
     let full = |name, scene, parts, tries| GlossScene { name, scene, depth: Depth::Full, parts, tries };
     // Two bounces of the room: what is seen in a mirror has as many as what is seen directly.
@@ -138,8 +138,8 @@ fn subjects() -> Vec<GlossScene> {
         ..full(name, gloss::spheres(metal), SPHERES, tries)
     };
     vec![
-        // The rest: squares of the room are 10 voxels and in the mirrors a pixel or less; the volume blurs their edges. One ray
-        // stands for a whole lobe, as a cone does, and no cone leans down as a rough lobe does.
+        // The rest: squares of the room are 10 voxels and in the mirrors a pixel or less; the volume blurs their edges.
+        // One ray stands for a whole lobe, as a cone does, and no cone leans down as a rough lobe does.
         row(
             "metal",
             true,
@@ -313,8 +313,8 @@ fn sun_over_a_rough_floor() -> Scene {
     scene
 }
 
-/// Half of the light that the floor sends goes on towards the wall, in a lobe: sent evenly, as list items send what they scatter, it
-/// would be a fraction of that.
+/// Half of the light that the floor sends goes on towards the wall, in a lobe: sent evenly, as list items send what
+/// they scatter, it would be a fraction of that.
 #[test]
 fn a_rough_floor_sends_grazing_light_onwards() {
     let scene = sun_over_a_rough_floor();
@@ -327,8 +327,8 @@ fn a_rough_floor_sends_grazing_light_onwards() {
     assert!((energy - 1.0).abs() < 0.03, "{energy}");
 }
 
-/// A floor with that roughness, as a dielectric or a metal, and a square lamp of half a metre so many metres above it; far above,
-/// `far` rows of as many small lamps.
+/// A floor with that roughness, as a dielectric or a metal, and a square lamp of half a metre so many metres above it;
+/// far above, `far` rows of as many small lamps.
 fn lamp_above_a_floor(roughness: f32, metallic: f32, height: f32, far: usize) -> Scene {
     let mut scene = Scene::empty("a lamp above a floor");
     let floor = Material { roughness, metallic, specular: 1.0, ..Material::lambert("floor", Vec3::splat(0.5)) };
@@ -352,7 +352,8 @@ fn lamp_above_a_floor(roughness: f32, metallic: f32, height: f32, far: usize) ->
     scene
 }
 
-/// Points on lamps and rays of the lobe find a lamp's reflection together: none of it twice, none lost, and no pixel far too bright.
+/// Points on lamps and rays of the lobe find a lamp's reflection together: none of it twice, none lost, and no pixel
+/// far too bright.
 #[test]
 fn a_lamps_reflection_in_a_floor_is_whole_and_without_sparks() {
     // More where a pixel has one ray for a narrow lobe, on a metal, which has nothing gathered, and close to the lamp.
@@ -411,8 +412,8 @@ fn room_with_a_mirror() -> Scene {
     scene
 }
 
-/// Every pass over the image has light of its own: the spots that few directions leave on a mirrored wall go as passes add up. Of one
-/// light for all passes they would stay.
+/// Every pass over the image has light of its own: the spots that few directions leave on a mirrored wall go as passes
+/// add up. Of one light for all passes they would stay.
 #[test]
 fn spots_in_a_mirror_go_as_passes_add_up() {
     let scene = room_with_a_mirror();
@@ -432,8 +433,8 @@ fn spots_in_a_mirror_go_as_passes_add_up() {
     assert!(after < 0.9 * before && spots > 0.025, "{before} {after} {spots}");
 }
 
-/// Nothing is gathered for a smooth metal, so that rays find what a rough coat over it mirrors: with layers beside the image and
-/// without, all of it.
+/// Nothing is gathered for a smooth metal, so that rays find what a rough coat over it mirrors: with layers beside the
+/// image and without, all of it.
 #[test]
 fn a_rough_coat_over_a_smooth_metal_keeps_its_light() {
     let mut scene = Scene::empty("a coated floor");
@@ -451,7 +452,8 @@ fn a_rough_coat_over_a_smooth_metal_keeps_its_light() {
     let bare = gpu::render_layers(&gpu::context(), &scene, &settings, SIZE, view(&scene), vec![]).read();
     let image = image(&scene, &settings);
     assert!(image.beauty() == bare.beauty(), "layers change the image");
-    // A coat is approximated (docs/materials.md): so rough a one is 11 % too dark. With what is gathered instead of rays it is black.
+    // A coat is approximated (docs/materials.md): so rough a one is 11 % too dark. With what is gathered instead of
+    // rays it is black.
     let energy = over(&image, &truth, Aov::Beauty, |_| true).energy;
     assert!((energy - 1.0).abs() < 0.13, "{energy}");
 }

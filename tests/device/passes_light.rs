@@ -22,8 +22,8 @@ fn furnace_ratio(albedo: f32, block: bool, settings: &Settings) -> (f64, f64) {
 fn saturating_cones_and_rays_keep_a_furnaces_energy_and_makes_none() {
     for (albedo, block) in [(0.5, false), (0.5, true), (0.8, false), (0.8, true)] {
         let cones = gpu::with(Settings::cones(), &["cones.set=g8", "cones.step=1.5"]);
-        // A tenth is what cones lose between their start and their first sample, and in corners; two hundredths what rays lose
-        // in voxels that hold parts of two walls; a hundredth is f16 in two volumes and their mips.
+        // A tenth is what cones lose between their start and their first sample, and in corners; two hundredths what
+        // rays lose in voxels that hold parts of two walls; a hundredth is f16 in two volumes and their mips.
         for (settings, least) in [(cones, 0.9), (Settings::fast(), 0.98)] {
             // Lamps whose light is sampled are not in the volumes, and here every wall is one.
             let settings = gpu::with(settings, &["voxels=32", "lights.lamps=gathered"]);

@@ -1,4 +1,5 @@
-//! Light propagation: steps on the device against their twin and against numbers worked out by hand. `lpv.rs` holds the method as a whole.
+//! Light propagation: steps on the device against their twin and against numbers worked out by hand. `lpv.rs` holds the
+//! method as a whole.
 
 mod steps;
 
@@ -33,8 +34,8 @@ fn near(got: f64, expected: f64, what: &str) {
     assert!((got - expected).abs() <= 3e-6 * expected.abs().max(0.1), "{what}: {got} is not {expected}");
 }
 
-/// Shares of a light of 1 that go ahead, to each side, and back, by the listing's solid angles: lobes that are cut off gain
-/// 0.1382, beams neither gain nor lose.
+/// Shares of a light of 1 that go ahead, to each side, and back, by the listing's solid angles: lobes that are cut off
+/// gain 0.1382, beams neither gain nor lose.
 #[test]
 fn one_light_after_one_and_two_steps_is_as_by_hand() {
     let context = gpu::context();
@@ -155,7 +156,8 @@ fn light_is_bounded_after_a_thousand_steps() {
     let outside =
         |field: &[f64]| field.iter().enumerate().filter(|(i, _)| !inside(place(*i))).map(|(_, flux)| flux).sum::<f64>();
     assert_eq!((outside(&cells), sums.iter().map(|sum| outside(sum)).sum::<f64>()), (0.0, 0.0), "sheets leak");
-    // Of every step's light half goes to the walls and is gone; what the steps sent is the start's light, over that half.
+    // Of every step's light half goes to the walls and is gone; what the steps sent is the start's light, over that
+    // half.
     assert!(sums.iter().flatten().sum::<f64>() < 3.0, "what walls take is not gone");
 }
 
@@ -202,8 +204,8 @@ fn what_passes_into_a_cell_is_by_hand() {
     }
 }
 
-/// The finer of two grids has cells of half a voxel and starts at voxel (4, 2, 8), the coarser one starts at voxel (1, 2, 3). What
-/// comes in along each way is what the coarser grid's sum has for that way at the voxel beyond the border.
+/// The finer of two grids has cells of half a voxel and starts at voxel (4, 2, 8), the coarser one starts at voxel (1,
+/// 2, 3). What comes in along each way is what the coarser grid's sum has for that way at the voxel beyond the border.
 #[test]
 fn a_finer_grid_takes_in_what_the_coarser_one_has_there() {
     let (context, edge) = (gpu::context(), 16u32);
@@ -290,8 +292,8 @@ fn published_steps_are_the_listing() {
     }
 }
 
-/// Where every step starts from the cell's own light, what there is grows with every step: by a quarter with the published
-/// coefficients, twofold with lobes of integral 4π. Added up apart it does not.
+/// Where every step starts from the cell's own light, what there is grows with every step: by a quarter with the
+/// published coefficients, twofold with lobes of integral 4π. Added up apart it does not.
 #[test]
 fn sums_that_start_from_their_own_light_grow_by_what_a_step_sends_on() {
     let context = gpu::context();
@@ -312,9 +314,9 @@ fn sums_that_start_from_their_own_light_grow_by_what_a_step_sends_on() {
     assert!(apart.iter().flatten().sum::<f64>() <= 32.0);
 }
 
-/// A wall that sends light into a room of 24 cells: in lobes 95 % of it end on that wall, in beams of mean cosine ½ less than
-/// two thirds do, though in truth none does. The wall is a plane without end: a grid as thin as its cells, which pass light on
-/// sideways to themselves.
+/// A wall that sends light into a room of 24 cells: in lobes 95 % of it end on that wall, in beams of mean cosine ½
+/// less than two thirds do, though in truth none does. The wall is a plane without end: a grid as thin as its cells,
+/// which pass light on sideways to themselves.
 #[test]
 fn beams_cross_a_room_and_lobes_do_not() {
     let crossed = |rules: Rules, moment: f64| {

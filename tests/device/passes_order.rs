@@ -108,7 +108,8 @@ fn propagated_light_has_the_same_bits_in_every_order() {
     }
 }
 
-/// With rays, lamps that are sampled, and one of the triangles that are alike lit for all: the lamps' order is the scene's.
+/// With rays, lamps that are sampled, and one of the triangles that are alike lit for all: the lamps' order is the
+/// scene's.
 #[test]
 fn runs_of_fast_give_the_same_bits() {
     let context = gpu::context();

@@ -1,4 +1,5 @@
-//! The passes of the method `photons` against counts and sums on the CPU: coverage by samples, the light of a voxel's photons, mips.
+//! The passes of the method `photons` against counts and sums on the CPU: coverage by samples, the light of a voxel's
+//! photons, mips.
 
 use crate::gpu;
 
@@ -254,8 +255,8 @@ fn a_voxel_sends_what_its_photons_do() {
     assert!(uncut > 200, "{uncut} voxels are a test of little");
 }
 
-/// A slanting sheet of metal in the light of a sun: what its voxels send is what the same sheet sends evenly in another method,
-/// and nowhere is it brighter than where a mirror would send it.
+/// A slanting sheet of metal in the light of a sun: what its voxels send is what the same sheet sends evenly in another
+/// method, and nowhere is it brighter than where a mirror would send it.
 #[test]
 fn a_glossy_voxel_sends_its_lobe_whole_and_where_it_is_mirrored() {
     let context = gpu::context();

@@ -72,7 +72,8 @@ fn every_fill_is_its_twins() {
                 lists.get(&voxel).into_iter().flatten().map(|i| shaded(&scene, &triangles, *i, voxel, scale)).collect();
             for (target, expected) in fill(&list, *how).into_iter().enumerate() {
                 let got = volume.levels()[0][target][voxel as usize];
-                // One unit of a half (2⁻¹⁰), and f32 clipping against f64: 2⁻²³ of a coordinate of 16, over a side of 0.01.
+                // One unit of a half (2⁻¹⁰), and f32 clipping against f64: 2⁻²³ of a coordinate of 16, over a side of
+                // 0.01.
                 let tolerance = expected.abs() / 1024.0 + Vec3::splat(1e-4 * scale).extend(1e-4);
                 assert!(
                     (got - expected).abs().cmple(tolerance).all(),

@@ -1,5 +1,5 @@
-//! The tree of boxes that rays go through: it holds every triangle, wherever it moved. That rays find the same with it as without,
-//! `rays_oracle.rs` holds.
+//! The tree of boxes that rays go through: it holds every triangle, wherever it moved. That rays find the same with it
+//! as without, `rays_oracle.rs` holds.
 
 use crate::gpu;
 

@@ -1,6 +1,6 @@
-//! Recording and voxelising against an oracle of another kind: the listed pairs equal those of clipping in f64, by compute passes and by
-//! the talk's geometry shaders. Where the device rasterises conservatively, so do the lists made with that; elsewhere that is refused,
-//! and what it would rasterise is held against a twin.
+//! Recording and voxelising against an oracle of another kind: the listed pairs equal those of clipping in f64, by
+//! compute passes and by the talk's geometry shaders. Where the device rasterises conservatively, so do the lists made
+//! with that; elsewhere that is refused, and what it would rasterise is held against a twin.
 
 use crate::gpu;
 use crate::studio::asset;
@@ -81,7 +81,8 @@ fn slivers(count: usize) -> Vec<[DVec3; 3]> {
 
 #[test]
 fn a_hundred_thousand_slivers_are_listed_exactly() {
-    // Up to 32 voxels long and at most 0.02 wide: a normal from a plain cross product is off by more than a voxel's slack.
+    // Up to 32 voxels long and at most 0.02 wide: a normal from a plain cross product is off by more than a voxel's
+    // slack.
     let found = is_exact(&of_triangles(&slivers(100_000)), &metre_grid(64));
     assert!(found.touching < 0.01, "{found:?}");
 }
@@ -275,7 +276,8 @@ fn hardware_that_cannot_is_refused_in_one_sentence() {
 /// The room that `glsl/ground/voxelise.geom` makes for snapping.
 const ROOM: f64 = 0.01;
 
-/// Whatever device has the extension: it makes a fragment of every pixel that the snapped outline meets, one per triangle.
+/// Whatever device has the extension: it makes a fragment of every pixel that the snapped outline meets, one per
+/// triangle.
 #[test]
 fn outlines_for_hardware_meet_every_column_once_snapped() {
     for triangles in [slivers(2000), needles_and_tiny_triangles()] {

@@ -69,7 +69,8 @@ fn what_is_mended_shows_in_a_furnace() {
     assert!(error(&printed) > error(&one) + 0.05, "{} is no worse than {}", error(&printed), error(&one));
 }
 
-/// Light that a plane finds which slants across the grid and shines on a void: what of it is its own, over what it sends.
+/// Light that a plane finds which slants across the grid and shines on a void: what of it is its own, over what it
+/// sends.
 fn self_light(start: &[&str]) -> f64 {
     let mut scene = Scene::empty("a plane that shines");
     let lamp = scene.add_material(Material { emissive: Vec3::ONE, ..Material::lambert("lamp", Vec3::splat(0.5)) });
@@ -89,7 +90,8 @@ fn cones_start_far_enough_from_the_plane_that_they_leave() {
     let [preset, half, none] =
         ["1.5", "0.5", "0"].map(|voxels| self_light(&[&format!("photons.start_normal={voxels}")]));
     println!("light of its own that a plane finds: {preset:.4}, from half a voxel {half:.4}, from itself {none:.4}");
-    // A slanting plane's voxels are a staircase: of the truth, which is none, cones find 0.003 that filtering spreads past the start.
+    // A slanting plane's voxels are a staircase: of the truth, which is none, cones find 0.003 that filtering spreads
+    // past the start.
     assert!(preset < 0.01 && half > 0.02 && none > half, "{preset}, {half}, {none}");
 }
 

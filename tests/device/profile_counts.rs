@@ -115,8 +115,8 @@ fn a_frame_without_shadows_reads_what_its_lists_say() {
     }
 }
 
-/// A CPU device ends an invocation's loops after 65535 rounds, all of its rays' together. Rays that began anew behind every leaf of a
-/// thicket were cut off there, others in every run: 22 of this image.
+/// A CPU device ends an invocation's loops after 65535 rounds, all of its rays' together. Rays that began anew behind
+/// every leaf of a thicket were cut off there, others in every run: 22 of this image.
 #[test]
 fn no_ray_through_a_thicket_is_cut_off() {
     let (mut scene, mut random) = (Scene::empty("thicket"), Random::new(21));

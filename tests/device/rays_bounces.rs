@@ -1,4 +1,5 @@
-//! All bounces of the method `rays` come near the truth, none darkens anything, and more passes over the image come nearer.
+//! All bounces of the method `rays` come near the truth, none darkens anything, and more passes over the image come
+//! nearer.
 
 use crate::gpu;
 
@@ -11,8 +12,8 @@ use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{Alpha, LightKind, Material, Mesh, Mip, Scene, Texture, TextureImage, TextureRef, View, Wrap};
 use twobounce::settings::Settings;
 
-/// Two rooms beside each other, open in front, with walls of 0.1 m and a wall of `between` metres between them that ends before
-/// the front; a light in the left one.
+/// Two rooms beside each other, open in front, with walls of 0.1 m and a wall of `between` metres between them that
+/// ends before the front; a light in the left one.
 fn two_rooms(between: f32) -> Scene {
     let mut scene = Scene::empty("two rooms");
     let white = scene.add_material(Material { double_sided: true, ..Material::lambert("white", Vec3::splat(0.72)) });
@@ -109,8 +110,8 @@ fn adding_a_bounce_never_darkens() {
         let darkest = |few: &[f64], more: &[f64]| {
             few.iter().zip(more).map(|(few, more)| more / few - 1.0).fold(f64::INFINITY, f64::min)
         };
-        // The second bounce comes along the same rays. All bounces are a mean over passes of items, two are one pass: where a block has
-        // little indirect light, the noise of one pass of the image may hide what it gains.
+        // The second bounce comes along the same rays. All bounces are a mean over passes of items, two are one pass:
+        // where a block has little indirect light, the noise of one pass of the image may hide what it gains.
         let (second, rest) = (darkest(&one, &two), darkest(&two, &all));
         assert!(second > -0.002 && rest > -0.002, "{} rays: {second}, {rest}", base.of.rays.diffuse);
     }
@@ -141,8 +142,8 @@ fn bush() -> Scene {
     scene
 }
 
-/// All of a bush's indirect light is what leaves send to leaves: in the mean over a voxel a mask cuts all of them away. 8 %: leaves
-/// that others hide in part. It was half of the truth.
+/// All of a bush's indirect light is what leaves send to leaves: in the mean over a voxel a mask cuts all of them away.
+/// 8 %: leaves that others hide in part. It was half of the truth.
 #[test]
 fn leaves_light_each_other() {
     const SIZE: u32 = 48;
@@ -165,9 +166,10 @@ fn leaves_light_each_other() {
     assert!((energy - 1.0).abs() < 0.08, "energy {energy}, rel {rel}");
 }
 
-/// Thirty sheets, of which a mask leaves nothing, one behind the other in front of the rooms, and as many before a mirror. Rays went
-/// through eight, mirrored ones through sixteen, and found nothing behind: .107 of the light was missing, and .0023 for the mirror alone.
-/// 10⁻⁴: rounding along a way that stops often; on llvmpipe the images are the same.
+/// Thirty sheets, of which a mask leaves nothing, one behind the other in front of the rooms, and as many before a
+/// mirror. Rays went through eight, mirrored ones through sixteen, and found nothing behind: .107 of the light was
+/// missing, and .0023 for the mirror alone. 10⁻⁴: rounding along a way that stops often; on llvmpipe the images are the
+/// same.
 #[test]
 fn what_a_mask_leaves_nothing_of_is_not_there() {
     const SIZE: u32 = 48;
@@ -216,7 +218,8 @@ fn passes_over_the_image_come_nearer_to_the_truth_and_say_how_near() {
     let [one_rel, few_rel, many_rel] = [&one, &few, &many].map(|image| indirect(image, &truth).1);
     println!("one {one_rel}, few {few_rel}, many {many_rel}");
     assert!(few_rel < 0.85 * one_rel && many_rel < few_rel, "{one_rel}, {few_rel}, {many_rel}");
-    // The noise that the image states against its distance from the mean of 64 passes, of which the first 8 are an eighth.
+    // The noise that the image states against its distance from the mean of 64 passes, of which the first 8 are an
+    // eighth.
     let pixels = many.beauty().iter().zip(few.beauty()).map(|(many, few)| {
         let [many, few] = [many, few].map(|p| DVec3::from(p.map(f64::from)));
         (many, few - many)

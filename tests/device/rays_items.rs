@@ -1,4 +1,5 @@
-//! The light of list items with the method `rays`: which items stand alone, which are split, and that nothing comes through a wall.
+//! The light of list items with the method `rays`: which items stand alone, which are split, and that nothing comes
+//! through a wall.
 
 use crate::gpu;
 use crate::more;
@@ -221,7 +222,8 @@ fn no_light_comes_through_walls_of_a_quarter_voxel_or_less() {
     }
 }
 
-/// Places at which light came through: a strip narrower than the points that a part is looked over by took the other side's, and a sample hidden by the wall was lit.
+/// Places at which light came through: a strip narrower than the points that a part is looked over by took the other
+/// side's, and a sample hidden by the wall was lit.
 #[test]
 fn no_light_comes_through_a_wall_that_stands_askew() {
     let context = gpu::context();

@@ -1,4 +1,5 @@
-//! Rays and shadow rays through the tree of a frame, against brute force over all recorded triangles (`rays_oracle/oracle.rs`).
+//! Rays and shadow rays through the tree of a frame, against brute force over all recorded triangles
+//! (`rays_oracle/oracle.rs`).
 //!
 //! Every triangle lies within the grid. Rays end where it does, and promise nothing about what sticks out of it.
 
@@ -108,8 +109,8 @@ fn trace(context: &Arc<Context>, renderer: &Renderer, settings: &Settings, shado
 /// The nearest triangles and the shadows that rays find.
 type Traced = [Vec<Found>; 2];
 
-/// Rays for which queries find something else than the tree: all but those that meet an edge, where the tree tests more triangles
-/// than a device proposes.
+/// Rays for which queries find something else than the tree: all but those that meet an edge, where the tree tests more
+/// triangles than a device proposes.
 const MOST_APART: f64 = 5e-4;
 
 /// Holds `count` rays over `scene` against brute force, by every tracer of the device. The tally is the tree's.
@@ -217,8 +218,8 @@ fn rays_in_a_cloud_of_triangles() {
     compare(&room(), &voxels(64), 100_000, 0.003);
 }
 
-/// Sheets with every way to let light through: masks, blending, tinted transmission, by textures and by factors, one- and
-/// two-sided, and a few opaque ones. Every fourth lies in an axis plane.
+/// Sheets with every way to let light through: masks, blending, tinted transmission, by textures and by factors, one-
+/// and two-sided, and a few opaque ones. Every fourth lies in an axis plane.
 fn veils() -> Scene {
     let (mut scene, mut random) = (Scene::empty("veils"), Random::new(12));
     let texel = |k: usize, random: &mut Random| {

@@ -1,5 +1,5 @@
-//! The sky: its gradient in the image, on surfaces and in the path tracer, against closed forms; and when a scene needs light that it
-//! does not have.
+//! The sky: its gradient in the image, on surfaces and in the path tracer, against closed forms; and when a scene needs
+//! light that it does not have.
 
 use crate::gpu;
 
@@ -53,7 +53,8 @@ fn what_no_surface_covers_shows_the_sky_there() {
     }
 }
 
-/// Each channel of the sky passes a pane as the pane lets that channel pass; the mean of the three gave a grey sky behind red glass.
+/// Each channel of the sky passes a pane as the pane lets that channel pass; the mean of the three gave a grey sky
+/// behind red glass.
 #[test]
 fn a_floor_under_coloured_glass_gets_the_sky_in_its_colour() {
     const GLASS: Vec3 = Vec3::new(0.9, 0.2, 0.05);
@@ -95,8 +96,8 @@ fn a_floor_sends_what_it_gets_of_the_gradient() {
     // Over the hemisphere the cosine's mean of what is linear in the direction is 2/3 of it along the normal.
     let expected = 0.5 * (SKY + GRADIENT * (2.0 / 3.0 * normal.y) as f32);
     let context = gpu::context();
-    // Rays and cones look in a few directions: their mean height is off by one or two hundredths. `lpv`: cells near a plane at a slant
-    // do not see all of the sky.
+    // Rays and cones look in a few directions: their mean height is off by one or two hundredths. `lpv`: cells near a
+    // plane at a slant do not see all of the sky.
     for (name, most) in [("fast", 0.02), ("balanced", 0.01), ("cones", 0.03), ("photons", 0.03)] {
         let settings = Settings { voxels: 32, ..Settings::preset(name).expect("a preset") };
         let off = off(gpu::render_from(&context, &scene, &settings, SIZE, view).read().beauty(), |_| expected);

@@ -1,5 +1,5 @@
-//! A sky from a map: the even sky that it shows, the directional light that its sun is, what it sends onto surfaces, and what every
-//! method and the path tracer make of that, against closed forms and each other.
+//! A sky from a map: the even sky that it shows, the directional light that its sun is, what it sends onto surfaces,
+//! and what every method and the path tracer make of that, against closed forms and each other.
 
 use crate::gpu;
 
@@ -151,7 +151,8 @@ fn a_floor_sends_what_it_gets_of_a_soft_map() {
         expected += scene.sky_towards(d) * (0.5 / PI * solid_angle * d.dot(normal).max(0.0)) as f32;
     }
     let context = gpu::context();
-    // Rays and cones look in a few directions. `lpv`: cells near a plane at a slant do not see all of the sky (tests/device/sky.rs).
+    // Rays and cones look in a few directions. `lpv`: cells near a plane at a slant do not see all of the sky
+    // (tests/device/sky.rs).
     for (name, most) in [("fast", 0.05), ("cones", 0.1), ("photons", 0.1), ("none", 0.01)] {
         let image = gpu::render_from(&context, &scene, &settings(name), SIZE, view).read();
         let off = off(image.beauty(), |_| expected);
@@ -231,7 +232,8 @@ fn under_an_outdoor_sky_the_methods_agree_with_the_path_tracer() {
 /// the sky and no bounces, `lpv` six directions.
 const OUTDOOR: [(&str, f32); 5] = [("fast", 0.09), ("cones", 0.08), ("photons", 0.08), ("lpv", 0.18), ("none", 0.12)];
 
-/// A mirror, clear glass and the background show the map itself; what no surface covers is transparent where the sky is unseen.
+/// A mirror, clear glass and the background show the map itself; what no surface covers is transparent where the sky is
+/// unseen.
 #[test]
 fn mirrors_and_the_background_show_the_map() {
     let lines = map(64, |d| Vec3::new(if (8.0 * d.x).sin() > 0.0 { 1.0 } else { 0.2 }, (0.5 + 0.5 * d.y) as f32, 0.3));
@@ -262,7 +264,8 @@ fn mirrors_and_the_background_show_the_map() {
                 let near = [d + 2e-3 * DVec3::X, d - 2e-3 * DVec3::X].map(|d| scene.sky_towards(d.normalize()));
                 let spread = (near[0] - near[1]).abs().max_element();
                 let off = (Vec3::from(*p) - expected).abs().max_element();
-                // Mirrors show the first level's blur between texels; `cones` and the like look through as narrow a cone.
+                // Mirrors show the first level's blur between texels; `cones` and the like look through as narrow a
+                // cone.
                 assert!(off < 0.01 + spread, "{name}, pixel {i}, alpha {}: {p:?} instead of {expected}", alpha[0]);
             }
             assert!(alpha.iter().any(|a| a[0] == 0.0) && alpha.iter().any(|a| a[0] == 1.0));

@@ -1,5 +1,5 @@
-//! The two ways in which rays find triangles give the same images: through the tree, and by the device's own queries where it has
-//! some. `rays_oracle.rs` holds the hits of both.
+//! The two ways in which rays find triangles give the same images: through the tree, and by the device's own queries
+//! where it has some. `rays_oracle.rs` holds the hits of both.
 
 use std::sync::Arc;
 

@@ -29,8 +29,8 @@ pub const WHOLE: [u64; 18] = [
     u64::MAX,
 ];
 
-/// Changes up to eight places of a part of the bytes; some changes move what is behind it. `other`: another input, of which
-/// parts are taken.
+/// Changes up to eight places of a part of the bytes; some changes move what is behind it. `other`: another input, of
+/// which parts are taken.
 pub fn change(random: &mut Random, bytes: &mut Vec<u8>, part: Range<usize>, other: &[u8]) {
     for _ in 0..random.few() {
         let part = part.start.min(bytes.len())..part.end.min(bytes.len());

@@ -1,5 +1,5 @@
-//! Which edges of the program's code an input goes over, where it was built to count them (`docs/notes/fuzzing.md` says how). Otherwise
-//! nothing is counted, and inputs are new by their outcome alone.
+//! Which edges of the program's code an input goes over, where it was built to count them (`docs/notes/fuzzing.md` says
+//! how). Otherwise nothing is counted, and inputs are new by their outcome alone.
 
 use std::sync::Mutex;
 
@@ -52,7 +52,7 @@ impl Coverage {
 
 fn counters() -> impl Iterator<Item = &'static mut [u8]> {
     let parts = PARTS.lock().map(|parts| parts.clone()).unwrap_or_default();
-    // SAFETY: the linker made these arrays of bytes, which live as long as the program. Code that counts writes single bytes
-    // meanwhile, on this thread or another; a count that is lost loses nothing.
+    // SAFETY: the linker made these arrays of bytes, which live as long as the program. Code that counts writes single
+    // bytes meanwhile, on this thread or another; a count that is lost loses nothing.
     parts.into_iter().map(|(start, length)| unsafe { std::slice::from_raw_parts_mut(start as *mut u8, length) })
 }

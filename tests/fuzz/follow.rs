@@ -24,7 +24,8 @@ use twobounce::stability::warnings::known_failures;
 const MOST_TRIANGLES: usize = 20_000;
 const MOST_TEXELS: usize = 1 << 20;
 
-/// Goes the way of `twobounce render` and `reference`. `choice` selects animation, camera, preset and what takes longer.
+/// Goes the way of `twobounce render` and `reference`. `choice` selects animation, camera, preset and what takes
+/// longer.
 pub fn scene(mut scene: Scene, choice: u64) {
     let some = |count: usize, bits: u32| (count > 0).then(|| (choice >> bits) as usize % count);
     let animation = some(scene.animations.len(), 0);

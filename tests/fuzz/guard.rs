@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// Four times what a scene may take by the loader's own count ([`crate::targets`]): counts are estimates from above, and
-/// what else there is, tables and the file itself, is small.
+/// Four times what a scene may take by the loader's own count ([`crate::targets`]): counts are estimates from above,
+/// and what else there is, tables and the file itself, is small.
 const MOST_BYTES: usize = 256 << 20;
 /// Processor time of one input. What is small is done in milliseconds; the limit detects what grows out of bounds, also
 /// where another program takes the processor.

@@ -1,5 +1,6 @@
-//! Files that are damaged in every way that a program can think of: none may make what reads them panic, hang, take much
-//! memory or say anything but one sentence. `docs/notes/fuzzing.md` says how to run this for longer and how to repeat a fault.
+//! Files that are damaged in every way that a program can think of: none may make what reads them panic, hang, take
+//! much memory or say anything but one sentence. `docs/notes/fuzzing.md` says how to run this for longer and how to
+//! repeat a fault.
 #![cfg(target_os = "linux")]
 
 mod bytes;

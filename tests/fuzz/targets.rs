@@ -216,7 +216,8 @@ fn outline(input: &Input) -> Outcome {
     merged(input, input.bytes, ROW)
 }
 
-/// A row of a chart that an earlier run kept, in the folder that a chart goes on with or in one that is merged. A damaged one is left out.
+/// A row of a chart that an earlier run kept, in the folder that a chart goes on with or in one that is merged. A
+/// damaged one is left out.
 fn row(input: &Input) -> Outcome {
     if input.choice & 1 == 0 {
         return merged(input, OUTLINE, input.bytes);

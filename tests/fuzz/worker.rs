@@ -1,4 +1,5 @@
-//! A process that damages files and looks what becomes of them. It never ends by itself before its time: a fault ends it.
+//! A process that damages files and looks what becomes of them. It never ends by itself before its time: a fault ends
+//! it.
 
 use std::collections::{BTreeMap, HashSet};
 use std::fs;

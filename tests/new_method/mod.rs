@@ -1,4 +1,5 @@
-//! A method to be thrown away: the same light from everywhere. `tests/command/new_method.rs` adds it to a copy of the house.
+//! A method to be thrown away: the same light from everywhere. `tests/command/new_method.rs` adds it to a copy of the
+//! house.
 
 use super::{IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::Result;

@@ -74,7 +74,8 @@ pub fn is_inside_cube(position: Vec3) -> bool {
     position.cmpge(Vec3::ZERO).all() && position.cmple(Vec3::ONE).all()
 }
 
-/// How far a cone reaches. D10 printed: √2 at most; right: to the exit from the cube. D11 right: never beyond that exit.
+/// How far a cone reaches. D10 printed: √2 at most; right: to the exit from the cube. D11 right: never beyond that
+/// exit.
 fn reach(cone: &Cone, ledger: &Ledger) -> f32 {
     let diagonal = if ledger.d10 == Form::Printed { std::f32::consts::SQRT_2 } else { f32::INFINITY };
     let both_printed = ledger.d10 == Form::Printed && ledger.d11 == Form::Printed;
@@ -206,8 +207,9 @@ pub struct Gathered {
     pub open: f32,
 }
 
-/// The set of diffuse cones around `normal` in a grid of `edge`³, each with its weight. The offset moves a cone's origin, and
-/// not how wide it is where it starts. D19 printed: it is a share of the cube, the one that its voxels are of 128.
+/// The set of diffuse cones around `normal` in a grid of `edge`³, each with its weight. The offset moves a cone's
+/// origin, and not how wide it is where it starts. D19 printed: it is a share of the cube, the one that its voxels are
+/// of 128.
 pub fn diffuse_cones(from: Vec3, normal: Vec3, edge: u32, s: &Settings) -> Vec<(Cone, f32)> {
     let voxel = 1.0 / edge as f32;
     let offset = s.start.diffuse_offset * if s.ledger.d19 == Form::Printed { 1.0 / 128.0 } else { voxel };

@@ -1,5 +1,5 @@
-//! Oracle of the pass cover: which samples of a multisampled raster fall on a triangle, and in which voxels, by edge functions in
-//! f64. Positions are in voxels.
+//! Oracle of the pass cover: which samples of a multisampled raster fall on a triangle, and in which voxels, by edge
+//! functions in f64. Positions are in voxels.
 
 use std::collections::BTreeMap;
 

@@ -18,8 +18,8 @@ pub struct SetCone {
 
 /// The talk's sets of diffuse cones ("More different possible diffuse cone configurations").
 ///
-/// D6 printed: set 6a's side cones are written about y instead of z. D26 printed: set 16 has equal weights; right: weights
-/// ∝ the cosine with the normal, normalised.
+/// D6 printed: set 6a's side cones are written about y instead of z. D26 printed: set 16 has equal weights; right:
+/// weights ∝ the cosine with the normal, normalised.
 pub fn cone_set(set: ConeSet, d6: Form, d26: Form) -> Vec<SetCone> {
     const H: f32 = FRAC_1_SQRT_2;
     let axis = |aperture, weight| (Vec3::Z, aperture, weight);
@@ -103,8 +103,8 @@ fn sixteen() -> [Vec3; 16] {
 /// Columns tangent, bitangent, normal; right-handed.
 ///
 /// D22 printed: crosses the normal with y or z, whichever gives the longer vector, so the frame jumps by a quarter turn
-/// along |n.y| = |n.z|. Right: the shortest rotation that takes z to the normal (Frisvad 2012, doi:10.1080/2165347X.2012.689606,
-/// eq. 6), smooth but for its one singular direction, −z.
+/// along |n.y| = |n.z|. Right: the shortest rotation that takes z to the normal (Frisvad 2012,
+/// doi:10.1080/2165347X.2012.689606, eq. 6), smooth but for its one singular direction, −z.
 pub fn tangent_frame(normal: Vec3, d22: Form) -> Mat3 {
     let n = normal;
     if d22 == Form::Printed {
@@ -136,14 +136,15 @@ pub fn jitter_angle(random: f32, d8: Form) -> f32 {
     if d8 == Form::Printed { random } else { 2.0 * PI * random }
 }
 
-/// The talk's three maps from a material's roughness to a specular cone's aperture, the tangent of its half angle (D25), and
-/// `ggx`: the cone that spreads light as widely as GGX's lobe.
+/// The talk's three maps from a material's roughness to a specular cone's aperture, the tangent of its half angle
+/// (D25), and `ggx`: the cone that spreads light as widely as GGX's lobe.
 ///
-/// The lobe: seen along the normal, visible normals have tan²θ = α²ξ/(1 − ξ) for even ξ; light comes from 2θ, weighed by
-/// Smith's G1. The cone: what it reads at distance s through its diameter D = 2as is a box of side D (the mip's mean) under
-/// a tent of twice that width (the filter), with a variance of D²/12 + D²/6 = D²/4 along each axis: taken for a Gaussian,
-/// half of it lies within √(2 ln 2)·D/2 = 1.177·as. Setting this equal to the angle that holds half of the lobe gives the
-/// aperture a, to which 1.70α/(1 + 0.76α²) is fitted: within 2.2 % for all α (a test integrates the lobe).
+/// The lobe: seen along the normal, visible normals have tan²θ = α²ξ/(1 − ξ) for even ξ; light comes from 2θ, weighed
+/// by Smith's G1. The cone: what it reads at distance s through its diameter D = 2as is a box of side D (the mip's
+/// mean) under a tent of twice that width (the filter), with a variance of D²/12 + D²/6 = D²/4 along each axis: taken
+/// for a Gaussian, half of it lies within √(2 ln 2)·D/2 = 1.177·as. Setting this equal to the angle that holds half of
+/// the lobe gives the aperture a, to which 1.70α/(1 + 0.76α²) is fitted: within 2.2 % for all α (a test integrates the
+/// lobe).
 pub fn roughness_to_aperture(roughness: f32, fit: RoughnessFit) -> f32 {
     let r = roughness.clamp(0.0, 1.0);
     match fit {
@@ -157,8 +158,8 @@ pub fn roughness_to_aperture(roughness: f32, fit: RoughnessFit) -> f32 {
     }
 }
 
-/// A normal among those of GGX's that unit `v` sees, in the frame whose z is the surface's normal, for even `u` (Dupuy and
-/// Benyoub 2023).
+/// A normal among those of GGX's that unit `v` sees, in the frame whose z is the surface's normal, for even `u` (Dupuy
+/// and Benyoub 2023).
 pub fn visible_normal(alpha: f32, v: Vec3, u: Vec2) -> Vec3 {
     let stretched = Vec3::new(alpha * v.x, alpha * v.y, v.z).normalize();
     let (sin, cos) = (2.0 * PI * u.x).sin_cos();
@@ -168,7 +169,8 @@ pub fn visible_normal(alpha: f32, v: Vec3, u: Vec2) -> Vec3 {
     Vec3::new(alpha * h.x, alpha * h.y, h.z.max(1e-6)).normalize()
 }
 
-/// A unit direction bent at a surface, `incident` and `normal` unit, `ior` of the side that the normal points away from.
+/// A unit direction bent at a surface, `incident` and `normal` unit, `ior` of the side that the normal points away
+/// from.
 ///
 /// D24 printed: refract with 1/ior whatever the side, normalised even where nothing is refracted: NaN. Right: the ratio
 /// flips by side, and total reflection reflects.

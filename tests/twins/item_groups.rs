@@ -14,7 +14,8 @@ pub struct Listed {
     pub shares: bool,
 }
 
-/// Where `normal` meets the unit cube: the face it leaves through (±1 to ±3) and which third of it along the next two axes.
+/// Where `normal` meets the unit cube: the face it leaves through (±1 to ±3) and which third of it along the next two
+/// axes.
 pub fn facing_cell(normal: DVec3) -> (i32, [i32; 2]) {
     let size = normal.abs();
     let axis = (0..3).rev().max_by(|&a, &b| size[a].total_cmp(&size[b])).expect("three axes");
@@ -31,8 +32,8 @@ pub fn facing_cell(normal: DVec3) -> (i32, [i32; 2]) {
     ((axis as i32 + 1) * normal[axis].signum() as i32, [third(1), third(2)])
 }
 
-/// The list in groups of which one is lit for all, as places in it: of each cell of directions the triangles with the lowest
-/// material are a group, all others stay alone.
+/// The list in groups of which one is lit for all, as places in it: of each cell of directions the triangles with the
+/// lowest material are a group, all others stay alone.
 pub fn groups(list: &[Listed]) -> Vec<Vec<usize>> {
     let mut cells: BTreeMap<_, Vec<usize>> = BTreeMap::new();
     for (place, listed) in list.iter().enumerate() {

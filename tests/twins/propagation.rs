@@ -1,4 +1,5 @@
-//! Light that travels from cell to cell (`glsl/gi/lpv/propagate.comp`), face by face as the source's listing has it, in f64.
+//! Light that travels from cell to cell (`glsl/gi/lpv/propagate.comp`), face by face as the source's listing has it, in
+//! f64.
 
 use std::f64::consts::PI;
 
@@ -17,8 +18,8 @@ pub struct Cell {
 /// How light travels.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Rules {
-    /// In lobes of 1 + 2 cos θ, cut off where they are negative. `own`: a step starts from the cell's own light. `integral`: of the
-    /// lobe that a face sends on for the intensity that meets it, times Ω/4π.
+    /// In lobes of 1 + 2 cos θ, cut off where they are negative. `own`: a step starts from the cell's own light.
+    /// `integral`: of the lobe that a face sends on for the intensity that meets it, times Ω/4π.
     Lobes { own: bool, integral: f64 },
     /// In beams with the moment as flux × mean direction, whose mean cosine is this at most (`glsl/gi/lpv/beams.glsl`).
     Beams(f64),
@@ -108,7 +109,8 @@ impl Cell {
     }
 }
 
-/// Of a beam's light what goes onto a face: Henyey and Greenstein's distribution at thirty directions, which are all there is.
+/// Of a beam's light what goes onto a face: Henyey and Greenstein's distribution at thirty directions, which are all
+/// there is.
 fn share(g: DVec3, way: IVec3, face: IVec3) -> f64 {
     part(g, way, face) / whole(g)
 }
@@ -165,8 +167,8 @@ impl Texture {
         ((cell.z * self.edge + cell.y) * self.edge + cell.x) as usize
     }
 
-    /// A step of listing 7.3, line by line, without occlusion: `face` are the coefficients along each face's direction, and the
-    /// sums start from the cell's own light.
+    /// A step of listing 7.3, line by line, without occlusion: `face` are the coefficients along each face's direction,
+    /// and the sums start from the cell's own light.
     pub fn step(&self, face: [f64; 2]) -> Self {
         let basis = [0.5 / PI.sqrt(), (0.75 / PI).sqrt()];
         let mut sums = self.clone();
@@ -194,8 +196,8 @@ impl Texture {
         sums
     }
 
-    /// Irradiance at a place, in cells, of a surface with that normal: the light of the eight cells around it, which goes
-    /// towards the surface, against the clamped cosine.
+    /// Irradiance at a place, in cells, of a surface with that normal: the light of the eight cells around it, which
+    /// goes towards the surface, against the clamped cosine.
     pub fn irradiance(&self, at: DVec3, normal: DVec3) -> f64 {
         let corner = (at - 0.5).floor();
         let part = at - 0.5 - corner;

@@ -44,8 +44,8 @@ pub fn fill(triangles: &[Shaded], how: Fill) -> [Vec4; TARGETS] {
     std::array::from_fn(|k| target(TRAVEL.get(k).copied()))
 }
 
-/// The mean over the triangles of what their fronts send, whatever their area: those that a traveller along `e` meets from the
-/// front, weighted by the cosine; every one whole for `None`.
+/// The mean over the triangles of what their fronts send, whatever their area: those that a traveller along `e` meets
+/// from the front, weighted by the cosine; every one whole for `None`.
 fn mean_of_fronts(triangles: &[Shaded], e: Option<Vec3>) -> Vec4 {
     let weight = |t: &Shaded| t.opacity * e.map_or(1.0, |e| f32::max(0.0, -t.normal.dot(e)));
     let sum: Vec4 = triangles.iter().map(|t| (weight(t) * t.front).extend(weight(t))).sum();

@@ -53,7 +53,8 @@ impl Tree {
         seen.iter().filter(|&&times| times > 0).count()
     }
 
-    /// All leaves, in the order of a way that meets every box that holds something. Inner boxes on it are their children's.
+    /// All leaves, in the order of a way that meets every box that holds something. Inner boxes on it are their
+    /// children's.
     fn leaves(&self, octant: usize) -> Vec<usize> {
         let (mut node, mut leaves, mut steps) = (1, Vec::new(), 0);
         while node != 0 {

@@ -64,8 +64,8 @@ impl Volume {
         self.levels[level][target][texel_index(inside.as_uvec3(), edge as u32)]
     }
 
-    /// Linear in space and in level, as `textureLod` with a linear sampler. `position` in `[0, 1]³`, `level` is clamped to
-    /// the chain.
+    /// Linear in space and in level, as `textureLod` with a linear sampler. `position` in `[0, 1]³`, `level` is clamped
+    /// to the chain.
     pub fn sample(&self, target: usize, position: Vec3, level: f32, border: SamplerAddressMode) -> Vec4 {
         let level = level.clamp(0.0, (self.levels.len() - 1) as f32);
         let (lower, fraction) = (level.floor(), level.fract());

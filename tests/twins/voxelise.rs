@@ -1,7 +1,7 @@
 //! Oracle of the voxelise pass: the exact set of (voxel, triangle) pairs, by clipping polygons in f64.
 //!
-//! The pass tests separating axes; this clips the triangle against the voxel's six planes (Sutherland and Hodgman 1974) and
-//! asks whether anything is left. Triangles and boxes are closed: touching counts. Positions are in voxels.
+//! The pass tests separating axes; this clips the triangle against the voxel's six planes (Sutherland and Hodgman 1974)
+//! and asks whether anything is left. Triangles and boxes are closed: touching counts. Positions are in voxels.
 
 use glam::{DVec2, DVec3, IVec3, UVec3};
 use rayon::prelude::*;
@@ -146,8 +146,8 @@ fn descend(triangle: &[DVec3; 3], index: u32, [min, max]: [IVec3; 2], edge: u32,
 /// How far a triangle is dilated, in voxels: half a pixel, and a hundredth for the rasteriser's snapping.
 pub const DILATION: f64 = 0.51;
 
-/// The triangle, seen along its dominant axis, with each edge moved outwards by `by` times the pixel's width across it; its
-/// corners stay in its plane.
+/// The triangle, seen along its dominant axis, with each edge moved outwards by `by` times the pixel's width across it;
+/// its corners stay in its plane.
 fn dilated(triangle: &[DVec3; 3], axis: usize, by: f64) -> [DVec3; 3] {
     let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
     let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
@@ -166,8 +166,9 @@ fn dilated(triangle: &[DVec3; 3], axis: usize, by: f64) -> [DVec3; 3] {
     })
 }
 
-/// Every voxel that a dilated triangle meets and whose column's middle it covers: what a pixel shader finds that is called
-/// for those columns and tests the dilated triangle. For triangles without sharp angles, which the pass boxes instead.
+/// Every voxel that a dilated triangle meets and whose column's middle it covers: what a pixel shader finds that is
+/// called for those columns and tests the dilated triangle. For triangles without sharp angles, which the pass boxes
+/// instead.
 pub fn voxelise_dilated(triangles: &[[DVec3; 3]], edge: u32) -> VoxelPairs {
     let mut pairs = VoxelPairs::default();
     for (index, triangle) in triangles.iter().enumerate() {

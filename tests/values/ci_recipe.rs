@@ -1,4 +1,5 @@
-//! `examples/ci`, the recipe for other people's continuous integration: its script passes on its scene, and fails when light changes.
+//! `examples/ci`, the recipe for other people's continuous integration: its script passes on its scene, and fails when
+//! light changes.
 #![cfg(unix)]
 
 use std::fs;

@@ -5,7 +5,8 @@ use std::path::Path;
 use std::process::Command;
 use std::{env, fs, io};
 
-/// The first release of Rust that passes `FREES_TWICE` by measurement: 1.95.0, 1.96.0 and 1.96.1 abort, 1.97.0 does not.
+/// The first release of Rust that passes `FREES_TWICE` by measurement: 1.95.0, 1.96.0 and 1.96.1 abort, 1.97.0 does
+/// not.
 const MENDED: (u32, u32) = (1, 97);
 
 /// rust-lang/rust#155241: both closures get the same bytes in place of a vector of their own.

@@ -1,4 +1,5 @@
-//! Devices that are not here, as documents describe them: what each preset needs of them, and the table of `docs/devices.md`.
+//! Devices that are not here, as documents describe them: what each preset needs of them, and the table of
+//! `docs/devices.md`.
 
 use std::path::Path;
 
@@ -121,7 +122,8 @@ fn other_limits_are_those_of_every_device() {
     }
 }
 
-/// No shader talks to its neighbours in a subgroup, so results depend on no subgroup's size; none needs numbers of 16 or 64 bits.
+/// No shader talks to its neighbours in a subgroup, so results depend on no subgroup's size; none needs numbers of 16
+/// or 64 bits.
 #[test]
 fn shaders_use_few_capabilities_and_no_subgroups() {
     const CAPABILITY: u32 = 17;

@@ -1,5 +1,5 @@
-//! The planted faults (`tests/faults/faults.toml`, `make faults`): each can still be planted, and the page says which test
-//! caught which.
+//! The planted faults (`tests/faults/faults.toml`, `make faults`): each can still be planted, and the page says which
+//! test caught which.
 
 use std::collections::BTreeSet;
 use std::fs;

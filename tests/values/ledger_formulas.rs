@@ -1,5 +1,5 @@
-//! The ledger's rows with a formula: each test states a property, shows by how much the printed form breaks it, and that
-//! the right form keeps it.
+//! The ledger's rows with a formula: each test states a property, shows by how much the printed form breaks it, and
+//! that the right form keeps it.
 
 use glam::{Mat3, Vec3, Vec4};
 use proptest::prelude::*;
@@ -244,7 +244,8 @@ fn d18_a_cone_ends_when_little_can_be_added() {
     assert!(printed.value.w - right.value.w <= 1.0 - OPAQUE);
 }
 
-/// Distance from where the cones leave the normal, and mip level, of each look-up of every diffuse cone, distances in voxels.
+/// Distance from where the cones leave the normal, and mip level, of each look-up of every diffuse cone, distances in
+/// voxels.
 fn diffuse_look_ups(edge: u32, settings: &Settings) -> Vec<Vec<[f32; 2]>> {
     let empty = volume(edge, |_| Vec4::ZERO);
     let from = Vec3::new(0.5, 0.1, 0.5);
@@ -259,8 +260,8 @@ fn diffuse_look_ups(edge: u32, settings: &Settings) -> Vec<Vec<[f32; 2]>> {
 
 #[test]
 fn the_printed_diffuse_cones_look_where_the_slides_look() {
-    // By hand, 128³, half angles of 45°: the diameter is twice the distance, which starts at 4 voxels and grows by it to 12,
-    // 36, 108 and 324, beyond √2·128; what is looked at lies 0.01·128 voxels nearer.
+    // By hand, 128³, half angles of 45°: the diameter is twice the distance, which starts at 4 voxels and grows by it
+    // to 12, 36, 108 and 324, beyond √2·128; what is looked at lies 0.01·128 voxels nearer.
     for cone in diffuse_look_ups(128, &Settings::printed()) {
         let expected = [[2.72, 3.0], [10.72, 4.585], [34.72, 6.170], [106.72, 7.755]];
         assert_eq!(cone.len(), expected.len());

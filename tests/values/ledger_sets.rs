@@ -64,8 +64,8 @@ fn transmittance_does_not_depend_on_the_step() {
     assert_eq!((opacity_correction(1.0, 0.3), opacity_correction(0.0, 0.3)), (1.0, 0.0));
 }
 
-/// S6, and the limit of the set of five: over the floor of an empty room, with all faces of a voxel equal, most of what its cones
-/// collect is the floor itself. A furnace cannot show that, since all its walls are equally bright.
+/// S6, and the limit of the set of five: over the floor of an empty room, with all faces of a voxel equal, most of what
+/// its cones collect is the floor itself. A furnace cannot show that, since all its walls are equally bright.
 #[test]
 fn wide_cones_collect_the_wall_that_they_leave() {
     const EDGE: u32 = 128; // the talk's

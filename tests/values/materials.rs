@@ -1,4 +1,5 @@
-//! The renderer's coats, sheens and the like against the path tracer, and `docs/materials.md` as `examples/pages` writes it.
+//! The renderer's coats, sheens and the like against the path tracer, and `docs/materials.md` as `examples/pages`
+//! writes it.
 
 #[path = "../../examples/pages/materials.rs"]
 #[allow(dead_code)]
@@ -27,7 +28,8 @@ fn the_page_has_a_row_for_every_scene() {
     }
 }
 
-/// Each scene's own materials keep their brightness, and the validation layers find nothing. Coarser than the page's numbers.
+/// Each scene's own materials keep their brightness, and the validation layers find nothing. Coarser than the page's
+/// numbers.
 #[test]
 fn materials_look_as_the_reference_has_them() {
     let context = Context::new(&ContextOptions { validation: true, ..Default::default() }).expect("a device");

@@ -87,7 +87,8 @@ fn a_dropped_pi_shows_in_energy() {
 #[test]
 fn swapped_axes_show_though_energy_stays() {
     let reference = picture();
-    // Mirrored left to right, and red swapped with blue: the effects of swapped axes on positions and on normals as colours.
+    // Mirrored left to right, and red swapped with blue: the effects of swapped axes on positions and on normals as
+    // colours.
     let mirrored = changed(&reference, |l, x, y| at(l, WIDTH - 1 - x, y));
     let swapped = changed(&reference, |l, x, y| {
         let [r, g, b] = at(l, x, y);

@@ -1,4 +1,5 @@
-//! Packages: that of crates.io builds from its own files, and the Debian package has its parts and depends on what is opened.
+//! Packages: that of crates.io builds from its own files, and the Debian package has its parts and depends on what is
+//! opened.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -119,7 +120,8 @@ fn the_debian_package_names_what_is_opened() {
     }
 }
 
-/// No workflow goes on after a test that failed or could not run, and the one of Linux runs what the continuous integration runs.
+/// No workflow goes on after a test that failed or could not run, and the one of Linux runs what the continuous
+/// integration runs.
 #[test]
 fn workflows_let_no_failure_pass() {
     let mut seen = 0;

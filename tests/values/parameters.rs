@@ -1,5 +1,5 @@
-//! No function takes several arguments as one tuple. A tuple is one argument where its elements are of one type and belong together,
-//! such as the width and height of an image. Clippy counts the arguments themselves (`clippy.toml`).
+//! No function takes several arguments as one tuple. A tuple is one argument where its elements are of one type and
+//! belong together, such as the width and height of an image. Clippy counts the arguments themselves (`clippy.toml`).
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -78,7 +78,8 @@ fn schlick(f0: f32, cos: f32) -> f32 {
     f0 + (1.0 - f0) * (1.0 - cos).powi(5)
 }
 
-/// KHR_materials_clearcoat: over black the coat's Fresnel remains, over white nothing is lost, and emission loses its share.
+/// KHR_materials_clearcoat: over black the coat's Fresnel remains, over white nothing is lost, and emission loses its
+/// share.
 #[test]
 fn a_clearcoat_takes_its_share_by_fresnel() {
     for tilt in [0.0f32, 0.6, 1.1, 1.4] {
@@ -236,7 +237,8 @@ fn airy(film_ior: f32, nm: f32, f0: f32, cos: f32) -> Vec3 {
         xyz += eye * reflected;
         white += eye;
     }
-    // The Gaussians' own white point maps to what the renderer calls white only nearly; the constant part bypasses them.
+    // The Gaussians' own white point maps to what the renderer calls white only nearly; the constant part bypasses
+    // them.
     let constant = {
         let (a, b) = (r12 * r12, r23 * r23);
         a + (1.0 - a) * (1.0 - a) * b / (1.0 - a * b)
@@ -260,7 +262,8 @@ fn iridescence_is_interference() {
         let plain = under_sky(metal(0.3, 0.0), tilt, 4);
         close(under_sky(filmed(0.3, 1.4, 0.0), tilt, 4), plain, 1e-5, "no thickness");
         if tilt == 0.0 {
-            // The least product of reflectances is 10⁻⁵, and its root 0.003; slanted, Schlick's formula lets even air reflect.
+            // The least product of reflectances is 10⁻⁵, and its root 0.003; slanted, Schlick's formula lets even air
+            // reflect.
             close(under_sky(filmed(0.3, 1.0, 400.0), tilt, 4), plain, 0.01, "a film of air");
         }
         for (f0, ior, nm) in [(0.04, 1.33, 250.0), (0.2, 1.5, 380.0), (0.6, 1.8, 550.0), (0.05, 1.9, 300.0)] {

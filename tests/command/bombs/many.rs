@@ -1,5 +1,5 @@
-//! Files of which everything can be read, with very many of one thing: what is done for each must not be done for each of them again.
-//! Processor time is counted, which other work on the machine does not lengthen much.
+//! Files of which everything can be read, with very many of one thing: what is done for each must not be done for each
+//! of them again. Processor time is counted, which other work on the machine does not lengthen much.
 
 use std::fs;
 use std::io::Read;
@@ -18,7 +18,8 @@ struct ProgramRun {
     memory_kib: u64,
 }
 
-/// Renders the scene until it is refused, or ended after a minute; without a driver, unless `device`, the scene is read and no more.
+/// Renders the scene until it is refused, or ended after a minute; without a driver, unless `device`, the scene is read
+/// and no more.
 fn run(folder: &Path, scene: &str, device: bool) -> Option<ProgramRun> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
     let args = ["render", scene, "-o", "a.png", "--size", "64x64", "--set", "voxels=32", "--preset", "fast"];
@@ -135,8 +136,8 @@ fn bounds_of_very_many_moving_instances_are_sampled_less_often() {
     read(folder.path(), "moving.gltf", 12.0, 400);
 }
 
-/// Two million instances are read in the memory of the scene twice over. They do not fit into a buffer of the least size that
-/// devices bind, which is known before anything is made of them.
+/// Two million instances are read in the memory of the scene twice over. They do not fit into a buffer of the least
+/// size that devices bind, which is known before anything is made of them.
 #[test]
 fn instances_that_no_buffer_holds_are_refused_at_once() {
     let folder = folder();

@@ -1,5 +1,5 @@
-//! Small files that describe more than a machine holds, and files that never end: refused in a sentence that names them,
-//! at once and in little memory.
+//! Small files that describe more than a machine holds, and files that never end: refused in a sentence that names
+//! them, at once and in little memory.
 #![cfg(target_os = "linux")]
 
 use crate::cli_common;
@@ -56,8 +56,8 @@ fn refused_by(folder: &Path, args: &[&str], subject: &str, parts: &[&str]) {
     assert_eq!(names(folder), before, "{args:?} left something behind");
 }
 
-/// The most memory that a process has held so far: what counts children that have ended counts this test's own memory too,
-/// which they share until they run the program.
+/// The most memory that a process has held so far: what counts children that have ended counts this test's own memory
+/// too, which they share until they run the program.
 fn most_memory_kib(process: u32) -> u64 {
     let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -1,10 +1,10 @@
 //! Oracle of the hits that rays and shadow rays must find: brute force over all recorded triangles.
 //!
-//! The oracle evaluates the shader's formula (Möller and Trumbore 1997) in f64, with the bound of what f32 may round. A hit
-//! is *certain* if it is one whatever the rounding, and *possible* if rounding may make it one: at edges, where the shader's
-//! tolerance of 10⁻⁵ counts as such, at the ends of a ray, and behind another triangle at the same distance. Where only
-//! certain hits decide, a ray has one right answer; every other ray is *undecided*: any answer that rounding explains is
-//! right, and the share of such rays is bounded.
+//! The oracle evaluates the shader's formula (Möller and Trumbore 1997) in f64, with the bound of what f32 may round. A
+//! hit is *certain* if it is one whatever the rounding, and *possible* if rounding may make it one: at edges, where the
+//! shader's tolerance of 10⁻⁵ counts as such, at the ends of a ray, and behind another triangle at the same distance.
+//! Where only certain hits decide, a ray has one right answer; every other ray is *undecided*: any answer that rounding
+//! explains is right, and the share of such rays is bounded.
 
 use std::sync::Arc;
 
@@ -29,8 +29,8 @@ const EDGE_TOLERANCE: f64 = 1.001e-5;
 /// Relative, per surface passed: its optical depth is cut off after 16 bits, a factor of 2^(2⁻¹⁶). Twice that for what
 /// Vulkan asks of log2 and exp2.
 const DEPTH_ROUNDING: f64 = 2.2e-5;
-/// Of a linear colour: Vulkan leaves the decoding of sRGB half a step of 8 bits, up to 4.5·10⁻³; lavapipe takes 1.2·10⁻³, an NVIDIA
-/// H200 2.9·10⁻³.
+/// Of a linear colour: Vulkan leaves the decoding of sRGB half a step of 8 bits, up to 4.5·10⁻³; lavapipe takes
+/// 1.2·10⁻³, an NVIDIA H200 2.9·10⁻³.
 const DECODING: f64 = 2e-3;
 const GPU_DECODING: f64 = 4.5e-3;
 /// A GPU's filter knows places between texels to 2⁻⁸: in coordinates of a texture of four texels, scaled by 0.9.
@@ -363,8 +363,8 @@ impl Oracle {
     }
 }
 
-/// Whether rounding may move a crossing from one voxel to the next. A surface within rounding of the plane between two is
-/// listed in one of them, and its hit may count for the other: shadow rays then pass as if it were not there.
+/// Whether rounding may move a crossing from one voxel to the next. A surface within rounding of the plane between two
+/// is listed in one of them, and its hit may count for the other: shadow rays then pass as if it were not there.
 fn straddles(origin: DVec3, d: DVec3, c: &Crossing) -> bool {
     let slack = c.t_rounding + QUOTIENT_ROUNDING * (1.0 + c.t.abs());
     let [near, far] = [c.t - slack, c.t + slack].map(|t| origin + d * t);

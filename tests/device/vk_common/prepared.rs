@@ -107,8 +107,8 @@ impl Setup {
         texels
     }
 
-    /// Direct and indirect light of a frame's own surfaces: its layers go to images of the host, and come back as its inputs.
-    /// `material`: roughness, metallic and specular where the base colour is so; Lambertian ones without it.
+    /// Direct and indirect light of a frame's own surfaces: its layers go to images of the host, and come back as its
+    /// inputs. `material`: roughness, metallic and specular where the base colour is so; Lambertian ones without it.
     pub fn given_light(&mut self, material: Option<&dyn Fn([f32; 4]) -> [f32; 3]>) -> [Vec<[f32; 4]>; 2] {
         let formats = [vk::Format::R32_SFLOAT, vk::Format::R16G16B16A16_SFLOAT, vk::Format::R32G32B32A32_SFLOAT];
         let formats = formats.into_iter().chain([vk::Format::R32G32B32A32_SFLOAT; 3]);

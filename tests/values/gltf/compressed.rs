@@ -79,7 +79,8 @@ fn assert_alike(name: &str, [a, b]: [&[Corner]; 2], within: Within) {
     assert!((area(a) / area(b) - 1.0).abs() < 1e-3, "{name}: areas {} and {}", area(a), area(b));
 }
 
-/// Positions of 14 bits over 7 m, or of 14 bits of mantissa; normals of 8 or 10 bits; uvs of 12 bits over 6; 8-bit colours.
+/// Positions of 14 bits over 7 m, or of 14 bits of mantissa; normals of 8 or 10 bits; uvs of 12 bits over 6; 8-bit
+/// colours.
 const MESHOPT: Within = Within(6e-4, 0.02, 2e-3, 0.01);
 
 #[test]

@@ -1,4 +1,5 @@
-//! Damaged and malicious files: a message of one sentence with the file's name, no panic, no long run, no large allocation.
+//! Damaged and malicious files: a message of one sentence with the file's name, no panic, no long run, no large
+//! allocation.
 
 use std::ops::Range;
 use std::path::Path;

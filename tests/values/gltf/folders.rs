@@ -67,7 +67,8 @@ fn paths_outside_the_folder_of_the_scene_are_refused() {
                 sentence.contains("outside the folder of the scene") && sentence.contains("--assets DIR"),
                 "{sentence}"
             );
-            // A folder that the user names may be read; the secret is no image, so that images still fail, but otherwise.
+            // A folder that the user names may be read; the secret is no image, so that images still fail, but
+            // otherwise.
             match load(Some(folder.path())) {
                 Ok(triangles) => assert!(!of_image && triangles == 1),
                 Err(sentence) => assert!(of_image && !sentence.contains("outside the folder"), "{uri}: {sentence}"),

@@ -1,4 +1,5 @@
-//! Files that are not whole or not strictly valid, and load all the same: what is left out is said, and `strict` refuses it.
+//! Files that are not whole or not strictly valid, and load all the same: what is left out is said, and `strict`
+//! refuses it.
 
 use super::files::{F32, File, U8, load_bytes, png, write};
 use serde_json::{Value, json};
@@ -153,7 +154,8 @@ fn file_uris_name_files_on_this_machine() {
     let mut file = File::triangle();
     std::fs::write(elsewhere.path().join("a b.bin"), &file.binary).unwrap();
     let folder = elsewhere.path().to_str().unwrap();
-    // The user lets the scene read that folder: `paths_outside_the_folder_of_the_scene_are_refused` shows what happens otherwise.
+    // The user lets the scene read that folder: `paths_outside_the_folder_of_the_scene_are_refused` shows what happens
+    // otherwise.
     let options = LoadOptions { assets: Some(elsewhere.path().to_owned()), ..LoadOptions::default() };
     let mut load = |uri: String| {
         file.json["buffers"][0]["uri"] = json!(uri);

@@ -1,5 +1,5 @@
-//! Equirectangular maps and images of other programs: every kind of Radiance's headers and of OpenEXR's channels gives the radiance that
-//! it means. `make.py` made the files, with OpenEXR's own library.
+//! Equirectangular maps and images of other programs: every kind of Radiance's headers and of OpenEXR's channels gives
+//! the radiance that it means. `make.py` made the files, with OpenEXR's own library.
 
 use exr::math::Vec2;
 use exr::meta::attribute::Chromaticities;

@@ -191,7 +191,9 @@ impl Prepared {
         self.check_given()?;
         if !matches!(layer, Aov::Direct | Aov::Indirect) {
             let name = layer.name();
-            return Err(Error::Usage(format!("a host's surfaces have direct and indirect light, and no layer {name}")));
+            return Err(Error::Usage(format!(
+                "surfaces that a host gives have only the layers direct and indirect, not {name}: leave it out"
+            )));
         }
         self.check(&image, false)?;
         Ok(Output { layer, image, given: true })
@@ -222,7 +224,7 @@ impl Prepared {
     }
 
     fn check_given(&self) -> Result<()> {
-        let refuse = || Error::Usage("surfaces of a host were not prepared for: set Prepare::given".into());
+        let refuse = || Error::Usage("nothing was prepared for surfaces that a host gives: set Prepare::given".into());
         self.given.as_ref().map(drop).ok_or_else(refuse)
     }
 

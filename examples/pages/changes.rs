@@ -12,7 +12,7 @@ use twobounce::scene::{Pose, Scene, View};
 use twobounce::settings::Settings;
 use twobounce::vk::{Context, ContextOptions};
 
-/// Each change is made this often; the table has medians.
+/// Each change is made this many times; the table has medians.
 const TIMES: usize = 5;
 const SIZE: (u32, u32) = (256, 256);
 

@@ -1,5 +1,5 @@
-//! The pictures of `docs/notes/talk.md`: a host of a frame that stops after the lists, and after the frame, to look at
-//! what is there.
+//! The pictures of `docs/notes/talk.md`: a host records a frame that stops after the lists, and a whole frame, to show
+//! their buffers and volumes.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -20,7 +20,7 @@ use twobounce::settings::{Bounces, Settings};
 use twobounce::vk::{Context, ContextOptions, Recorder, RecorderOptions, download, download_image};
 use twobounce::{Error, Result};
 
-/// The slides' volume.
+/// The edge of the slides' volume in voxels.
 const EDGE: u32 = 128;
 /// Pixels of an image on the page, a side.
 pub const IMAGE_SIZE: u32 = 512;
@@ -28,9 +28,9 @@ pub const IMAGE_SIZE: u32 = 512;
 const TILE: u32 = 256;
 /// Pixels between tiles.
 const GAP: u32 = 4;
-/// The slice of the volume that is shown, from above: voxels with this y, a little over the floor.
+/// The slice of the volume in the pictures, from above: voxels with this y, a little over the floor.
 const SLICE: u32 = 36;
-/// How much brighter than the image slices are shown, EV: most voxels see no light at all.
+/// Exposure of slices above that of the image, EV: most voxels receive no light.
 const BRIGHTER: f32 = 2.0;
 const AOVS: &[Aov] = &[Aov::Direct, Aov::Indirect];
 
@@ -52,7 +52,7 @@ pub fn presets() -> [(&'static str, Settings); 3] {
     ]
 }
 
-/// Every picture that the device makes, images with `size` pixels a side; and the images' exposure in EV.
+/// Every picture of the page, images with `size` pixels a side; and the images' exposure in EV.
 pub fn rendered(size: u32) -> Result<(Vec<Named>, f32)> {
     let scene = gallery()?;
     let pose = scene.pose(None, 0.0);
@@ -99,7 +99,7 @@ pub fn rendered(size: u32) -> Result<(Vec<Named>, f32)> {
     Ok((pictures, ev))
 }
 
-/// The passes up to the lists alone, until their buffers are large enough.
+/// Only the passes up to the lists, until their buffers are large enough.
 fn make_lists(context: &Arc<Context>, frame: &mut Frame, pose: &Pose) -> Result<()> {
     loop {
         let mut recorder = Recorder::new(context, RecorderOptions::default())?;
@@ -123,8 +123,8 @@ fn render(context: &Arc<Context>, frame: &mut Frame, scene: &Scene, pose: &Pose)
     Ok(readback.read(AOVS))
 }
 
-/// The recorded triangles as the volume's front sees them, along −z, coloured by their normals; those that turn away
-/// are left out.
+/// The recorded triangles seen from the volume's front, along −z, coloured by their normals, without those that face
+/// away.
 fn front_view(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
     let triangles: Vec<Triangle> = download(context, &frame.ground.triangles)?;
     let words: Vec<u32> = download(context, &frame.ground.attributes)?;
@@ -156,7 +156,7 @@ fn front_view(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
     Ok(sheet(&[shown], 1))
 }
 
-/// How many triangles the voxels of a slice list.
+/// The number of triangles in the lists of a slice's voxels.
 fn lists(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
     let lists = frame.ground.base();
     let heads: Vec<u32> = download(context, &lists.heads)?;
@@ -178,7 +178,7 @@ fn lists(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
     Ok(sheet(&[shown], 1))
 }
 
-/// A level of one face, cut at [`SLICE`], every texel as large as it is in the world; what is empty is grey.
+/// A level of one face, cut at [`SLICE`], every texel at its size in the world; empty texels are grey.
 fn slice(
     context: &Arc<Context>,
     volume: &LightVolume,

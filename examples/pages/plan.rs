@@ -1,5 +1,5 @@
-//! The table of `docs/notes/plan.md`: on scenes of different kinds, what `twobounce plan` answers against the best of a
-//! full sweep of the same settings, and what both cost. A scene takes five to forty minutes on two slow cores.
+//! The table of `docs/notes/plan.md`: on scenes of different kinds, the answer of `twobounce plan` against the best of
+//! a full sweep of its settings, and the cost of both. A scene takes five to forty minutes on two slow cores.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -31,8 +31,8 @@ type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 pub struct Plan {
     /// The program: target/release/twobounce
     program: PathBuf,
-    /// A folder where sweeps are kept, and taken from where they are; a test of src/plan/search.rs lets the search find
-    /// its way through those of tests/plan
+    /// A folder that stores sweeps, and from which they are read; a test of src/plan/search.rs runs the search on those
+    /// of tests/plan
     #[arg(long)]
     sweeps: Option<PathBuf>,
     /// box, exterior, lamps, gallery, or files
@@ -43,8 +43,8 @@ pub struct Plan {
 /// Pixels of all images.
 const SIZE: (u32, u32) = (64, 64);
 
-/// Settings that every combination has, so that every combination of the rest can be measured: 288 of rays, 72 of lpv,
-/// 4 of none.
+/// Settings of every combination, so that every combination of the rest can be measured: 288 of rays, 72 of lpv, 4 of
+/// none.
 const FIXED: [&str; 7] = [
     "voxels=32",
     "bounces=2",
@@ -89,22 +89,22 @@ impl Plan {
     }
 }
 
-/// A scene that is planned for.
+/// A scene to plan for.
 struct Subject<'a> {
     path: &'a Path,
     /// Radiance of the sky that is added to the file's.
     sky: f32,
-    /// For caches of the planning program.
+    /// The folder for caches of the planning program.
     folder: &'a Path,
 }
 
 /// Settings, milliseconds and error.
 type ScoredSettings = (Settings, f64, f64);
 
-/// A full sweep, as it is kept: bits of times are of no use, so that they are rounded.
+/// A full sweep in its stored form: times are rounded, because their last bits mean nothing.
 #[derive(Serialize, Deserialize)]
 struct Swept {
-    /// Seconds of processor time that it took.
+    /// Processor time of the sweep in seconds.
     cpu_s: f64,
     /// Method, rung of each ladder, milliseconds of the passes over voxels and pixels, error.
     rows: Vec<(String, Rungs, [f64; 2], f64)>,
@@ -187,7 +187,7 @@ impl Plan {
             }
         };
         let mut sweep = swept.settings(&spaces)?;
-        // As right as a fifth of all settings are: neither trivial nor out of reach.
+        // An error as small as the best fifth of all settings reaches: neither trivial nor out of reach.
         let mut errors: Vec<f64> = sweep.iter().map(|(.., error)| *error).collect();
         errors.sort_by(f64::total_cmp);
         let limit = (errors[errors.len() / 5] * 1e3).ceil() / 1e3;
@@ -239,7 +239,7 @@ impl Plan {
         ])
     }
 
-    /// The answer of the program, with nothing kept from before: neither rows nor pipelines.
+    /// The answer of the program without anything stored: neither rows nor pipelines.
     fn plan(&self, subject: &Subject, limit: f64, name: &str) -> Result<Answer> {
         let caches = subject.folder.join(name);
         let json = caches.with_extension("json");
@@ -265,7 +265,7 @@ impl Plan {
     }
 }
 
-/// A box of a scene: centre and size in metres, colour, and what it emits.
+/// A box of a scene: centre and size in metres, colour, and emission.
 type SceneBox = ([f32; 3], [f32; 3], [f32; 3], f32);
 
 /// Houses on a plain, lit by a sun and a sky.
@@ -297,7 +297,7 @@ fn lamps_scene() -> twobounce::Result<Vec<u8>> {
     scene("lamps", &blocks, "light = { type = 'point', intensity = 1.0 }", [0.0, 2.0, 9.0])
 }
 
-/// A description as those of the scenes in `assets/`: boxes, a light, and a camera that looks along −Z and a little
+/// A description like those of the scenes in `assets/`: boxes, a light, and a camera that looks along −Z and a little
 /// down.
 fn scene(name: &str, blocks: &[SceneBox], light: &str, eye: [f32; 3]) -> twobounce::Result<Vec<u8>> {
     let (mut materials, mut nodes) = (String::new(), String::new());

@@ -1,5 +1,5 @@
 //! Rays through a tree that was only refitted after skins and morph targets moved its triangles: their steps from box
-//! to box, and those through a tree that was made for the pose.
+//! to box, and those through a tree that was built for the pose.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use twobounce::settings::Settings;
 use twobounce::vk::{Context, ContextOptions};
 
 const SIZE: (u32, u32) = (96, 96);
-/// Moments of an animation, evenly apart; at the first the file's own pose is shown.
+/// Moments of an animation, evenly spaced; the first shows the file's own pose.
 const MOMENTS: u32 = 6;
 
 pub fn run(paths: &[PathBuf]) -> Result<()> {

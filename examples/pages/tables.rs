@@ -10,7 +10,7 @@ use twobounce::{Error, Result};
 /// The pages that hold tables, from the project's root.
 pub const PAGES: &[&str] = &["README.md", "docs/accuracy.md", "docs/notes/strengths.md"];
 
-/// The rows that fill them, from the project's root, and the scenes of each that `docs/notes/strengths.md` quotes.
+/// The rows for the tables, from the project's root, and the scenes of each that `docs/notes/strengths.md` quotes.
 pub const ROWS: &[(&str, &[&str])] = &[
     ("docs/notes/study/rows.csv", &["cornell-area", "cornell-point", "gallery"]),
     ("docs/notes/study/rooms/rows.csv", &["thick-walls", "atrium"]),
@@ -42,10 +42,10 @@ pub fn rows(root: &Path) -> Result<Vec<CsvRow>> {
     Ok(ROWS.iter().map(|(name, _)| read_csv(&root.join(name))).collect::<Result<Vec<_>>>()?.concat())
 }
 
-/// The text of a table. `old`: that of one which is not made from rows.
+/// The text of a table. `old`: the present text, for a table that is not made from rows.
 ///
 /// # Errors
-/// A sentence about a name that no table has.
+/// A message about a name that no table has.
 pub fn table(name: &str, rows: &[CsvRow], old: &str) -> Result<String> {
     match name.split_once(' ') {
         None if name == "presets" => Ok(presets(rows)),
@@ -58,7 +58,7 @@ pub fn table(name: &str, rows: &[CsvRow], old: &str) -> Result<String> {
     }
 }
 
-/// Whether the row shows this preset on this scene, with no setting changed but those that the whole study changes.
+/// Whether the row shows this preset on this scene, changed only by settings that the whole study changes.
 fn find<'a>(rows: &'a [CsvRow], scene: &str, preset: &str) -> Option<&'a CsvRow> {
     rows.iter().find(|row| row.cell("scene") == scene && row.cell("name") == preset)
 }

@@ -1,4 +1,4 @@
-//! Scenes: from files, or made of arrays.
+//! Scenes from files, or made of arrays.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use twobounce::scene::{TextureImage, LightKind, Material, Mesh, Mip, Texture, Te
 
 use crate::{Error, to_python};
 
-/// A scene. It is shared with the work that renders it, and copied where it changes meanwhile.
+/// A scene. It is shared with the work that renders it, and copied when it changes meanwhile.
 #[pyclass(module = "twobounce._core")]
 pub struct Scene(Arc<twobounce::Scene>);
 
@@ -26,7 +26,7 @@ fn vectors<const N: usize, T>(bytes: &[u8], make: impl Fn([f32; N]) -> T) -> Vec
     bytes.chunks_exact(4 * N).map(vector).collect()
 }
 
-/// The place of a light that shines in a direction, along its −Z. How it is turned about that axis does not matter.
+/// The transform of a light that shines in a direction, along its −Z. Its rotation about that axis has no effect.
 fn towards(direction: [f64; 3], position: [f64; 3]) -> PyResult<DAffine3> {
     let back = -DVec3::from(direction);
     let back = back.try_normalize().ok_or_else(|| Error::new_err("the direction of a light is zero; give another"))?;
@@ -36,7 +36,7 @@ fn towards(direction: [f64; 3], position: [f64; 3]) -> PyResult<DAffine3> {
 
 #[pymethods]
 impl Scene {
-    /// A scene without anything.
+    /// An empty scene.
     #[new]
     fn new(name: &str) -> Self {
         Self(Arc::new(twobounce::Scene::empty(name)))
@@ -62,7 +62,7 @@ impl Scene {
         self.0.cameras.iter().map(|camera| camera.name.clone()).collect()
     }
 
-    /// Name and seconds of each.
+    /// Name and duration in seconds of each animation.
     #[getter]
     fn animations(&self) -> Vec<(String, f32)> {
         self.0.animations.iter().map(|animation| (animation.name.clone(), animation.duration)).collect()

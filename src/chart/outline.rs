@@ -114,7 +114,9 @@ impl Outline {
         if self.size_and_noise() != other.size_and_noise() {
             let [ours, theirs] = [&*self, &other]
                 .map(|o| format!("{}x{} pixels at {} % noise", o.width, o.height, 100.0 * o.reference_noise));
-            return Err(format!("is of {theirs}, not of {ours}; chart both alike"));
+            return Err(format!(
+                "is of {theirs}, this chart of {ours}; make both with the same --size and --reference-noise"
+            ));
         }
         for sketch in other.scenes {
             match self.scenes.iter_mut().find(|ours| ours.line.name == sketch.line.name) {

@@ -112,7 +112,7 @@ impl Compared {
             return format!("{NO_DIRECT}; render them with --aov direct");
         }
         let flags: Vec<String> = self.needs.split(' ').map(|change| format!("--set {change}")).collect();
-        format!("is compared beside exact direct light: render the image again with {} --aov direct", flags.join(" "))
+        format!("needs exact direct light in the image: render it again with {} --aov direct", flags.join(" "))
     }
 
     /// The metrics of a part of the light, for a limit on it.

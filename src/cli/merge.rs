@@ -49,7 +49,7 @@ pub fn run(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     } else {
         let is_known = |part: &&PathBuf| part.is_file() || charts(part) || stability(part);
         return Err(match args.parts.iter().find(|part| !is_known(part)) {
-            Some(other) if !other.exists() => Error::file(other, "is not there; name folders or films that are"),
+            Some(other) if !other.exists() => Error::file(other, "does not exist; name folders or films that do"),
             Some(other) => Error::file(other, "holds no chart and no rows of stability; name folders that do"),
             None => {
                 Error::Usage("charts, rows of stability and films do not go together; merge each kind by itself".into())

@@ -81,10 +81,14 @@ pub fn append(finishes: &[PackedFinish], materials: &mut [Material], levels: &mu
 pub fn approximated(scene: &Scene) -> Vec<String> {
     type Has = fn(&Finish) -> bool;
     let kinds: [(&str, &str, Has); 6] = [
-        ("a clearcoat", "light that is not direct meets it along one more look", |f| f.clearcoat.factor > 0.0),
-        ("sheen", "light that is not direct is taken as even", |f| f.sheen.color != glam::Vec3::ZERO),
-        ("anisotropy", "methods other than rays bend one look", |f| f.anisotropy.strength > 0.0),
-        ("iridescence", "light that is not direct meets one reflectance per pixel", |f| f.iridescence.factor > 0.0),
+        ("a clearcoat", "indirect light reaches it by one further specular cone or lobe of rays", |f| {
+            f.clearcoat.factor > 0.0
+        }),
+        ("sheen", "indirect light is taken to come evenly from all sides", |f| f.sheen.color != glam::Vec3::ZERO),
+        ("anisotropy", "methods other than rays reflect indirect light along one bent direction", |f| {
+            f.anisotropy.strength > 0.0
+        }),
+        ("iridescence", "indirect light is reflected by one colour per pixel", |f| f.iridescence.factor > 0.0),
         ("diffuse transmission", "a volume is as thick as stated everywhere", |f| f.diffuse_transmission.factor > 0.0),
         ("dispersion", "the renderer refracts all colours alike", |f| f.dispersion > 0.0),
     ];

@@ -40,7 +40,7 @@ pub fn fitted_to_camera(
     let mut fitted = settings.clone();
     (fitted.grid.center, fitted.grid.side) = (Center::Camera, Some(side));
     let words = format!(
-        "voxels of {:.2} m are large beside what the camera sees {way:.2} m away: those about it are {:.3} m (--set \
+        "voxels of {:.2} m are large for surfaces {way:.2} m from the camera: around it they are {:.3} m (--set \
          grid.center=camera --set grid.side={side})",
         grid.voxel_m,
         side / f64::from(grid.edge)

@@ -225,7 +225,7 @@ pub fn metrics(image: &[[f32; 3]], reference: &[[f32; 3]], what: &str) -> Result
     let values = 3.0 * pairs.len() as f64;
     let mean = pairs.iter().flat_map(|(_, b)| b).sum::<f64>() / values;
     if mean.is_nan() || mean <= 0.0 {
-        return Err(Error::Usage(format!("the {what} is black, so relative errors are undefined")));
+        return Err(Error::Usage(format!("the {what} is black, so relative errors are undefined; light the scene")));
     }
     let differences = |(a, b): &Pair, power: i32| (0..3).map(|c| (a[c] - b[c]).abs().powi(power)).sum::<f64>();
     let squared = |pair: &Pair| {

@@ -211,7 +211,9 @@ fn failed(path: &Path, error: &io::Error) -> Error {
             "cannot be written: the disk is full; free some space or choose another one".into()
         }
         ErrorKind::FileTooLarge => format!("cannot be written: {TOO_LARGE}"),
-        ErrorKind::InvalidFilename => "cannot be written: the name is too long or not allowed here".into(),
+        ErrorKind::InvalidFilename => {
+            "cannot be written: the name is too long or not allowed here; choose another name".into()
+        }
         _ => format!("cannot be written: {error}"),
     };
     Error::file(path, problem)

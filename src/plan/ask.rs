@@ -189,8 +189,8 @@ impl Asking<'_> {
             format!("{:.0}min", (budget / 60.0).ceil())
         };
         Error::Usage(format!(
-            "--max-error {error}: the reference's own noise is {noise:.4} after {samples} samples a pixel, so no image can be told to \
-             be as right as that; about --budget {budget} would do, or allow more"
+            "--max-error {error}: the reference's own noise is {noise:.4} after {samples} samples a pixel, which hides a smaller \
+             error: search longer, with about --budget {budget}, or allow a larger error"
         ))
     }
 
@@ -345,7 +345,7 @@ impl Asking<'_> {
         let (scene, bounds) = (self.bench.setup.scene, self.bench.setup.options.bounds);
         let mut said = Needs::of_scene(scene).not_needed(scene);
         if holds && settings.method == Method::None {
-            said.push("light from other surfaces: direct light alone is right enough".into());
+            said.push("light from other surfaces: direct light alone is accurate enough".into());
         }
         if let Some(share) = second_bounce {
             let bounces = format!("bounces = {}", settings.bounces);

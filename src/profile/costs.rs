@@ -126,9 +126,9 @@ pub fn table(costs: &[PassCost], copy: &CopyRates) -> String {
         );
     }
     text + &format!(
-        "voxels are occupied ones, items those listed or walked, ns/step is by steps of cones, steps/ray are those from box to\n\
-         box of the tree of triangles; fetched bytes are a model, counted in an instrumented frame: every read in full, as\n\
-         if nothing were cached. The device copies {buffer_gb_per_s:.2} GB/s by itself, {shader_gb_per_s:.2} GB/s in a shader \
+        "Voxels: occupied ones. Items: listed or read ones. ns/step: time over steps of cones. Steps/ray: boxes of the\n\
+         tree of triangles that a ray visits. Fetched bytes: a model, counted in an instrumented frame, in which no\n\
+         read is cached. The device copies {buffer_gb_per_s:.2} GB/s by itself, {shader_gb_per_s:.2} GB/s in a shader \
          (read and written)\n"
     )
 }

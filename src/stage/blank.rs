@@ -20,7 +20,7 @@ pub fn why_blank(
 ) -> Option<String> {
     let surfaces: Vec<&[f32; 3]> = of_surfaces(image.beauty(), sky_shown(image, scene, view)).collect();
     if surfaces.is_empty() {
-        return where_it_is(scene, pose, view).map(|why| format!("nothing is to be seen: {why}"));
+        return where_it_is(scene, pose, view).map(|why| format!("the image shows no surface: {why}"));
     }
     let (display, automatic) = exposed?;
     let is_white = |p: &&&[f32; 3]| display.codes(***p).into_iter().all(|code| code >= WHITE);

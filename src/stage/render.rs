@@ -130,7 +130,7 @@ impl Options {
             return usage(format!("a picture of {width}x{height} pixels: each side may have 1 to {MAX_SIDE}"));
         }
         if self.exposure_ev.is_some_and(|ev| !(-60.0..=60.0).contains(&ev)) {
-            return usage("the exposure is no number of stops between -60 and 60".into());
+            return usage("the exposure is not between -60 and 60 stops; choose one that is".into());
         }
         if matches!(self.noise, Some(Noise::AtMost(noise)) if noise.is_nan() || noise <= 0.0) {
             return usage("the noise of a picture must be above 0; choose Noise::Off for no goal".into());

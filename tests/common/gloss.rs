@@ -1,4 +1,5 @@
-//! Scenes that are hard on specular, refraction, shadow and occlusion cones, one subject each. Metres.
+//! Scenes that are difficult for specular, refraction, shadow and occlusion cones, one subject each. Lengths are in
+//! metres.
 
 use std::collections::HashMap;
 
@@ -57,7 +58,7 @@ fn sphere(material: usize, radius: f32, subdivisions: u32) -> Mesh {
     }
 }
 
-/// Unit vertices and outward triangles, in f64 so that subdivision does not drift.
+/// Unit vertices, and triangles that face outward, in f64 so that subdivision does not drift.
 fn icosahedron() -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let golden = 0.5 * (1.0 + 5f64.sqrt());
     let corners = [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)];
@@ -149,8 +150,8 @@ pub fn glass_ball(ior: f32, roughness: f32) -> Scene {
     scene
 }
 
-/// Two mirrors at a right angle, and behind the camera, lit by a point light, the checkered wall that they both show:
-/// all of it is mirrored twice.
+/// Two mirrors at a right angle and, behind the camera, the checkered wall that they both show, lit by a point light.
+/// All of the wall is mirrored twice.
 pub fn two_mirrors() -> Scene {
     let mut scene = Scene::empty("two mirrors");
     let checks = [Vec3::new(0.8, 0.75, 0.6), Vec3::new(0.1, 0.2, 0.45)];
@@ -164,7 +165,7 @@ pub fn two_mirrors() -> Scene {
     ] {
         scene.add_mesh(Mesh::quad("mirror", mirror, corner, along, 2.0 * Vec3::Y), DAffine3::IDENTITY);
     }
-    // Away from the mirrors: what they send of it to the wall no path finds.
+    // The wall faces away from the mirrors: no path finds the light that they reflect onto it.
     let light = DAffine3::from_translation(DVec3::new(0.2, 1.3, 1.2)) * DAffine3::from_rotation_y(std::f64::consts::PI);
     scene.add_light(LightKind::Spot { inner: 0.8, outer: 1.5 }, Vec3::splat(8.0), light);
     scene.add_camera(&View::look_at(DVec3::Z * 1.8, DVec3::ZERO, DVec3::Y, 28f32.to_radians()));

@@ -1,5 +1,4 @@
-//! Scenes, settings and frames with values in public fields that make no sense: each is refused in a sentence, or is
-//! rendered.
+//! Scenes, settings and frames with invalid values in public fields: each is refused with a message, or rendered.
 #![allow(dead_code)]
 
 use std::sync::Arc;
@@ -15,7 +14,7 @@ use twobounce::settings::Settings;
 
 use crate::random::Random;
 
-/// Values that make no sense, chosen by chance: the same for the same seed.
+/// Invalid values, chosen at random: the same for the same seed.
 pub struct Chance(Random);
 
 impl Chance {
@@ -210,7 +209,7 @@ pub fn spoil(scene: &mut Scene, chance: &mut Chance) {
     }
 }
 
-/// A camera that may make no sense.
+/// A camera, often an invalid one.
 pub fn spoilt_view(mut view: View, chance: &mut Chance) -> View {
     match chance.below(4) {
         0 => view.eye = chance.vector64(),
@@ -221,12 +220,12 @@ pub fn spoilt_view(mut view: View, chance: &mut Chance) -> View {
     view
 }
 
-/// Bounds that may make no sense.
+/// Bounds, often invalid ones.
 pub fn spoilt_bounds(chance: &mut Chance) -> Bounds {
     Bounds { min: chance.vector64(), max: chance.vector64() }
 }
 
-/// The settings with another number, truth or word at a place or two.
+/// The settings with another number, boolean or string at one or two places.
 pub fn spoilt_settings(settings: &Settings, chance: &mut Chance) -> Settings {
     let mut value = toml::Value::try_from(settings).unwrap();
     for _ in 0..=chance.below(2) {
@@ -242,7 +241,7 @@ pub fn spoilt_settings(settings: &Settings, chance: &mut Chance) -> Settings {
     value.try_into().unwrap_or_else(|_| settings.clone())
 }
 
-/// A place of the tree that is no table.
+/// A place in the tree of settings that is not itself a table.
 fn leaf<'a>(tree: &'a mut toml::Value, chance: &mut Chance) -> &'a mut toml::Value {
     if tree.as_table().is_none_or(|table| table.is_empty()) {
         return tree;

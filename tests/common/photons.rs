@@ -1,4 +1,5 @@
-//! GLSL functions of the method `photons`, evaluated by `glsl/test/photons.comp`, and a volume made by hand for them.
+//! GLSL functions of the method `photons`, evaluated by `glsl/test/photons.comp`, and a volume for them that tests
+//! fill.
 #![allow(dead_code)]
 
 use std::sync::Arc;
@@ -15,7 +16,7 @@ use twobounce::vk::*;
 
 use crate::gpu;
 
-/// The numbers of `evaluate` in the shader.
+/// The number of each function in the shader's `evaluate`.
 #[derive(Clone, Copy)]
 pub enum Function {
     Octahedron,
@@ -62,14 +63,14 @@ impl PhotonGpu {
         this
     }
 
-    /// `of`: for a level and a place in it, in its texels, what is sent in every direction (premultiplied, and its
-    /// area) and what stands in the way of travellers along the axes, to and fro (and the share of samples).
+    /// Fills the volume. `of` gives for a level and a texel in it the light sent in every direction (premultiplied, and
+    /// its area) and the opacity for travellers along the axes in both directions (and the share of samples).
     pub fn fill(&self, of: impl Fn(u32, [u32; 3]) -> (Vec4, Vec4)) {
         self.fill_directions(|level, at, _| of(level, at));
     }
 
-    /// As [`Self::fill`], with the light of each of the sixteen directions given by itself: the last argument is the
-    /// direction's texel. The opacities along the axes are those of texel 0.
+    /// As [`Self::fill`], with separate light for each of the sixteen directions: the last argument is the direction's
+    /// texel. The opacities along the axes are those of texel 0.
     pub fn fill_directions(&self, of: impl Fn(u32, [u32; 3], u32) -> (Vec4, Vec4)) {
         for level in 0..self.volume.levels {
             let edge = EDGE >> level;
@@ -119,7 +120,7 @@ impl PhotonGpu {
         outputs
     }
 
-    /// Traces one cone: light (red), what is left open, and the same exponentially weighted.
+    /// Traces one cone; returns its light (red), its open share, and the exponentially weighted open share.
     pub fn trace(&self, from: Vec3, d: Vec3, ratio: f32, settings: &Settings) -> [f32; 3] {
         let found =
             self.evaluate(Function::TraceCone, &[Arguments::of_vectors(from.extend(ratio), d.extend(0.0))], settings);

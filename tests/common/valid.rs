@@ -1,10 +1,10 @@
-//! Properties of every loaded scene, whatever its file was.
+//! Properties of every loaded scene, whatever its file.
 
 use twobounce::scene::surface::SurfacePoint;
 use twobounce::scene::texture::Textures;
 use twobounce::scene::{Scene, View};
 
-/// Fails unless the parts of a scene fit together and its numbers are such as renderers expect.
+/// Fails unless the parts of a scene fit together and its numbers are in the ranges that renderers expect.
 pub fn assert_valid(scene: &Scene) {
     scene.check().expect("what the loader made");
     for mesh in &scene.meshes {

@@ -1,5 +1,4 @@
-//! Directions, clipped and lit triangles, and the sums kept of them: GLSL functions of `glsl/common` against their
-//! twins.
+//! Directions, clipped and lit triangles, and their packed sums: GLSL functions of `glsl/common` against their twins.
 
 use crate::gpu;
 
@@ -85,8 +84,8 @@ fn visible_normals_are_their_twins() {
     }
 }
 
-/// Radiance that a GGX lobe with separable Smith masking mirrors of even light of 1 towards a direction with that
-/// cosine: by half vectors that are distributed as its microfacets are.
+/// Radiance that a GGX lobe with separable Smith masking reflects of a uniform radiance of 1 towards a direction with
+/// that cosine: by half vectors that are distributed as its microfacets are.
 fn mirrored_of_even_light(f0: f64, f90: f64, alpha: f64, cosine: f64) -> f64 {
     const SIDE: u32 = 160;
     let view = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
@@ -126,7 +125,7 @@ fn specular_albedo_is_the_share_of_even_light_that_is_mirrored() {
         assert!(off.abs() < most, "f0 {f0}, roughness {r}, cosine {cosine}: off by {off}");
         (squares, weights) = (squares + cosine * off * off, weights + cosine);
     }
-    // Over a sphere as it is seen.
+    // Over a sphere as the surface sees it.
     assert!((squares / weights).sqrt() < 0.007, "{}", (squares / weights).sqrt());
 }
 
@@ -163,7 +162,7 @@ fn kept_lobes_are_ggx_of_what_few_bits_keep() {
             coming.truncate().distance(*toward) < 4e-3 && (coming.w - alpha).abs() <= 0.51 / 511.0,
             "{toward}: {coming}"
         );
-        // GGX with Smith's masking and Schlick's Fresnel (glTF 2.0, appendix B), in f64, of what was kept.
+        // GGX with Smith's masking and Schlick's Fresnel (glTF 2.0, appendix B), in f64, of the packed values.
         let (l, o) = (coming.truncate().as_dvec3(), o.as_dvec3());
         let (h, a2) = ((l + o).normalize(), f64::from(coming.w).powi(2));
         let d = a2 / (std::f64::consts::PI * (h.z * h.z * (a2 - 1.0) + 1.0).powi(2));
@@ -191,7 +190,7 @@ fn refraction_is_its_twin_and_never_nan() {
     let results = Gpu::new(&random_volume()).results(Function::RefractionDirection, &cases, arguments);
     for ((incident, normal, ior), out) in results {
         let expected = refraction_direction(*incident, *normal, *ior, Form::Right);
-        // Near the critical angle the refracted direction goes with the square root of f32's rounding.
+        // Near the critical angle the refracted direction's error is the square root of f32's rounding.
         assert!((out.vec3(0) - expected).length() < 1e-3, "{incident} {normal} {ior}: {out:?} is not {expected}");
     }
 }
@@ -297,7 +296,7 @@ fn a_triangle_lights_as_much_as_its_points_do() {
         let found = f64::from(out.vec4(0).x);
         let above = triangle.iter().filter(|p| p.dot(*normal) > 0.0).count();
         crossing += u32::from(above == 1 || above == 2);
-        // f32, whose rounding grows with the size; 10⁻⁶ is the smallest that matters beside a hemisphere's π.
+        // f32's rounding, which grows with the size; errors below 10⁻⁶ are negligible beside a hemisphere's π.
         let tolerance = 2e-3 * expected.abs() + 1e-5;
         assert!((found - expected).abs() < tolerance, "{triangle:?}, {normal}: {found} is not {expected}");
     }
@@ -328,8 +327,8 @@ fn neighbours_in_a_square_share_all_directions() {
     }
 }
 
-/// The share of light from all around that Fresnel's reflection at the half vector leaves, summed over a grid of
-/// directions with equal shares of it. The tolerance pays for the shader's polynomial (1e-5) and for the grid.
+/// The share of uniform light that Fresnel's reflection at the half vector leaves, summed over a grid of directions of
+/// equal shares. The tolerance covers the shader's polynomial (1e-5) and the grid.
 #[test]
 fn diffuse_share_is_the_mean_of_what_fresnel_leaves() {
     const GRID: usize = 400;

@@ -1,5 +1,5 @@
-//! The frame against the talk's tables: passes, stages, resources, formats, order. The frame's side is what was
-//! recorded and what the pipelines' SPIR-V states; nothing here is declared by the passes themselves.
+//! The frame against the talk's tables: passes, stages, resources, formats, order. The frame's side is its recorded
+//! commands and the pipelines' SPIR-V; the passes themselves declare nothing here.
 
 use crate::gpu;
 use crate::studio::asset;
@@ -16,7 +16,7 @@ struct TalkPass {
     zone: &'static str,
     /// The talk's own words, shortened.
     does: &'static str,
-    /// Stages that every one of its draws has; none for a fill.
+    /// Shader stages of every draw of the pass; none for a fill.
     stages: &'static [ShaderStage],
     writes: Writes,
 }
@@ -24,15 +24,15 @@ struct TalkPass {
 enum Writes {
     /// Fills of these buffers.
     Fills(&'static [&'static str]),
-    /// Nothing but buffers, over a square screen of so many pixels.
+    /// Only buffers, over a square screen of this many pixels.
     Buffers { screen: u32 },
     /// Seven RGBA16F targets of these levels of the volume, a layer per slice.
     Volume { name: &'static str, levels: std::ops::Range<u32> },
     /// The image.
     Image,
-    /// Which triangle is seen, and how deep.
+    /// The visible triangle and its depth.
     Visibility,
-    /// The image, of what was drawn, in a compute pass.
+    /// The image, from the drawn surfaces, in a compute pass.
     Resolved,
 }
 

@@ -1,5 +1,4 @@
-//! A method to be thrown away: the same light from everywhere. `tests/command/new_method.rs` adds it to a copy of the
-//! house.
+//! An example of a method: constant indirect light. `tests/command/new_method.rs` adds it to a copy of the source.
 
 use super::{IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::Result;

@@ -1,4 +1,4 @@
-//! Results known without any volume: form factors, furnaces.
+//! Results that need no volume: form factors, furnaces.
 
 use glam::DVec3;
 use std::f64::consts::PI;

@@ -1,4 +1,4 @@
-//! Twin of `glsl/ground/voxelise.geom`: what it hands to the rasteriser. Positions in voxels.
+//! Twin of `glsl/ground/voxelise.geom`: its output for the rasteriser. Positions are in voxels.
 
 use glam::{DVec2, DVec3};
 
@@ -8,8 +8,8 @@ pub struct DilatedTriangle {
     pub triangles: Vec<[DVec2; 3]>,
 }
 
-/// `dilation`: half the width of the square about every point, in pixels. `one`: a box is one triangle that encloses
-/// it.
+/// `dilation`: half the width of the square about every point, in pixels. `one`: a bounding box is drawn as one
+/// triangle that encloses it.
 pub fn outline(triangle: &[DVec3; 3], dilation: f64, one: bool) -> DilatedTriangle {
     let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
     let size = normal.abs();

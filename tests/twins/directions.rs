@@ -1,4 +1,4 @@
-//! Twins of the GLSL functions that choose where cones go and how wide they are.
+//! Twins of the GLSL functions that choose the directions and widths of cones.
 
 use glam::{Mat3, Vec2, Vec3};
 use std::f32::consts::{FRAC_1_SQRT_2, PI};
@@ -8,11 +8,11 @@ use twobounce::gi::cones::choices::{ConeSet, Form, RoughnessFit};
 /// One cone of a diffuse set, in the frame whose z is the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetCone {
-    /// Unit.
+    /// Unit direction.
     pub direction: Vec3,
     /// Tangent of the half angle.
     pub aperture: f32,
-    /// A set's weights sum to 1, so that the gather is E/π.
+    /// Weights of a set sum to 1, so that the gather is E/π.
     pub weight: f32,
 }
 
@@ -64,8 +64,8 @@ fn sunflower(count: u32) -> Vec<(Vec3, f32, f32)> {
     (0..count).map(cone).collect()
 }
 
-/// Where, within its share of a cosine-distributed set, each of `side`² neighbours looks: Hammersley's points, by their
-/// first coordinate. The first moves a direction off the axis, the second turns it (in turns).
+/// The position of each of `side`² neighbours within its share of a cosine-distributed set: Hammersley's points, by
+/// their first coordinate. The first component moves a direction off the axis, the second turns it (in turns).
 pub fn interleaved_shifts(side: u32) -> Vec<Vec2> {
     let count = side * side;
     let point =
@@ -100,7 +100,7 @@ fn sixteen() -> [Vec3; 16] {
     .map(Vec3::from_array)
 }
 
-/// Columns tangent, bitangent, normal; right-handed.
+/// The matrix with the columns tangent, bitangent, normal; right-handed.
 ///
 /// D22 printed: crosses the normal with y or z, whichever gives the longer vector, so the frame jumps by a quarter turn
 /// along |n.y| = |n.z|. Right: the shortest rotation that takes z to the normal (Frisvad 2012,
@@ -130,8 +130,8 @@ pub fn rotation(axis: Vec3, angle: f32, d7: Form) -> Mat3 {
     if d7 == Form::Printed { right.transpose() } else { right }
 }
 
-/// How far the cone set turns about the normal, radians, for a random number in `[0, 1)`.
-/// D8 printed: the number itself, one radian at most; right: a full turn.
+/// The rotation of the cone set about the normal, in radians, for a random number in `[0, 1)`. D8 printed: the number
+/// itself, one radian at most; right: a full turn.
 pub fn jitter_angle(random: f32, d8: Form) -> f32 {
     if d8 == Form::Printed { random } else { 2.0 * PI * random }
 }
@@ -158,7 +158,7 @@ pub fn roughness_to_aperture(roughness: f32, fit: RoughnessFit) -> f32 {
     }
 }
 
-/// A normal among those of GGX's that unit `v` sees, in the frame whose z is the surface's normal, for even `u` (Dupuy
+/// A normal of GGX's visible normals for unit `v`, in the frame whose z is the surface's normal, for uniform `u` (Dupuy
 /// and Benyoub 2023).
 pub fn visible_normal(alpha: f32, v: Vec3, u: Vec2) -> Vec3 {
     let stretched = Vec3::new(alpha * v.x, alpha * v.y, v.z).normalize();
@@ -169,8 +169,8 @@ pub fn visible_normal(alpha: f32, v: Vec3, u: Vec2) -> Vec3 {
     Vec3::new(alpha * h.x, alpha * h.y, h.z.max(1e-6)).normalize()
 }
 
-/// A unit direction bent at a surface, `incident` and `normal` unit, `ior` of the side that the normal points away
-/// from.
+/// A unit direction refracted at a surface; `incident` and `normal` are unit, `ior` is of the side that the normal
+/// points away from.
 ///
 /// D24 printed: refract with 1/ior whatever the side, normalised even where nothing is refracted: NaN. Right: the ratio
 /// flips by side, and total reflection reflects.
@@ -186,15 +186,15 @@ pub fn refraction_direction(incident: Vec3, normal: Vec3, ior: f32, d24: Form) -
     }
 }
 
-/// GLSL's `refract`: zero where the angle is too flat.
+/// GLSL's `refract`: zero at total reflection.
 fn refract(incident: Vec3, normal: Vec3, eta: f32) -> Vec3 {
     let cosine = normal.dot(incident);
     let k = 1.0 - eta * eta * (1.0 - cosine * cosine);
     if k < 0.0 { Vec3::ZERO } else { eta * incident - (eta * cosine + k.sqrt()) * normal }
 }
 
-/// Where a refraction cone starts, `voxels` of 1/`edge` off the surface.
-/// D23 printed: along the normal, on the side it comes from; right: on the side that `direction` leads to.
+/// The start of a refraction cone, `voxels` of 1/`edge` off the surface. D23 printed: along the normal, on the side of
+/// arrival; right: on the side that `direction` leads to.
 pub fn refraction_origin(from: Vec3, normal: Vec3, direction: Vec3, voxels: f32, edge: u32, d23: Form) -> Vec3 {
     let side = if d23 == Form::Right && direction.dot(normal) < 0.0 { -1.0 } else { 1.0 };
     from + normal * (side * voxels / edge as f32)

@@ -1,4 +1,4 @@
-//! Light that travels from cell to cell (`glsl/gi/lpv/propagate.comp`), face by face as the source's listing has it, in
+//! Propagation of light from cell to cell (`glsl/gi/lpv/propagate.comp`), face by face as in the source's listing, in
 //! f64.
 
 use std::f64::consts::PI;
@@ -15,13 +15,13 @@ pub struct Cell {
     pub moment: DVec3,
 }
 
-/// How light travels.
+/// The model of travelling light.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Rules {
-    /// In lobes of 1 + 2 cos θ, cut off where they are negative. `own`: a step starts from the cell's own light.
-    /// `integral`: of the lobe that a face sends on for the intensity that meets it, times Ω/4π.
+    /// In lobes of 1 + 2 cos θ, clamped where they are negative. `own`: a step starts from the cell's own light.
+    /// `integral`: that of the lobe that a face emits for the intensity that meets it, times Ω/4π.
     Lobes { own: bool, integral: f64 },
-    /// In beams with the moment as flux × mean direction, whose mean cosine is this at most (`glsl/gi/lpv/beams.glsl`).
+    /// In beams with the moment as flux × mean direction, whose mean cosine is at most this (`glsl/gi/lpv/beams.glsl`).
     Beams(f64),
 }
 
@@ -30,7 +30,7 @@ pub enum Rules {
 pub struct Cells {
     pub edge: i32,
     pub cells: Vec<Cell>,
-    /// Per cell the share that passes into it, by [`WAYS`].
+    /// The share that passes into each cell, by [`WAYS`].
     pub passages: Vec<[f64; 6]>,
 }
 
@@ -109,8 +109,7 @@ impl Cell {
     }
 }
 
-/// Of a beam's light what goes onto a face: Henyey and Greenstein's distribution at thirty directions, which are all
-/// there is.
+/// The share of a beam's light that meets a face: Henyey and Greenstein's distribution at all of the thirty directions.
 fn share(g: DVec3, way: IVec3, face: IVec3) -> f64 {
     part(g, way, face) / whole(g)
 }
@@ -124,13 +123,13 @@ fn whole(g: DVec3) -> f64 {
     WAYS.into_iter().flat_map(faces).sum()
 }
 
-/// Mean direction of a beam, and the whole that its shares are divided by.
+/// Mean direction of a beam, and the total by which its shares are divided.
 pub fn aim(cell: Cell, sharpness: f64) -> (DVec3, f64) {
     let g = cell.mean_direction(sharpness);
     (g, whole(g))
 }
 
-/// Per way the share that goes to the neighbour there, and share × direction.
+/// For each direction the share that goes to that neighbour, and share × direction.
 pub fn shares(cell: Cell, sharpness: f64) -> [(f64, DVec3); 6] {
     let g = cell.mean_direction(sharpness);
     WAYS.map(|way| {
@@ -143,7 +142,8 @@ pub fn shares(cell: Cell, sharpness: f64) -> [(f64, DVec3); 6] {
 /// Four coefficients of two bands, in the listing's order: constant, −y, z, −x.
 pub type Coefficients = [f64; 4];
 
-/// The clamped cosine about a unit direction, with the integral π: what the source's author published per face.
+/// The clamped cosine about a unit direction, with the integral π: the coefficients that the source's author published
+/// per face.
 pub const PUBLISHED: [f64; 2] = [0.886_226_952_1, 1.023_326_754_6];
 
 /// A lobe with these coefficients of the two bands.
@@ -196,8 +196,8 @@ impl Texture {
         sums
     }
 
-    /// Irradiance at a place, in cells, of a surface with that normal: the light of the eight cells around it, which
-    /// goes towards the surface, against the clamped cosine.
+    /// Irradiance at a place, in cells, of a surface with that normal: the light of the eight cells around it that
+    /// travels towards the surface, against the clamped cosine.
     pub fn irradiance(&self, at: DVec3, normal: DVec3) -> f64 {
         let corner = (at - 0.5).floor();
         let part = at - 0.5 - corner;

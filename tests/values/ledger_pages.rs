@@ -25,7 +25,7 @@ fn every_row_that_names_settings_is_measured() {
                 "{name} was not measured: run `twobounce ledger --method {}`",
                 ledger.method
             );
-            // Work that the talk does twice gives the same bits when it is done once.
+            // Work that the talk does twice gives equal bits when it is done once.
             if line.name == "D29" {
                 assert_eq!(line.results[0], "0.00 %");
             }
@@ -44,7 +44,7 @@ fn every_switch_has_a_row() {
 
 #[test]
 fn every_row_with_a_formula_has_its_test_here() {
-    // Rows about syntax, or about doing the same work twice, have no formula; the lists are held in passes_voxelise.rs.
+    // Rows about syntax, or about doing the same work twice, have no formula; passes_voxelise.rs checks the lists.
     let without = ["D4", "D5", "D9", "D29", "D30"];
     let tests = include_str!("ledger_formulas.rs");
     let ids = ids(LEDGERS[0].text);

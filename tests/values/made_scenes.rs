@@ -1,4 +1,4 @@
-//! Scenes, poses and settings that a program made wrongly are refused in a sentence before anything reads them.
+//! Invalid scenes, poses and settings that a program made are refused with a message before anything reads them.
 
 use std::sync::Arc;
 
@@ -37,7 +37,7 @@ fn camera(node: usize) -> Camera {
     Camera { name: "camera".into(), node, projection }
 }
 
-/// A channel of one key that moves a node, and so many values.
+/// A channel of one key that moves a node, with this many values.
 fn animation(node: usize, values: usize) -> Animation {
     let values = vec![Vec4::ZERO; values];
     let (property, interpolation) = (Property::Translation, Interpolation::Linear);
@@ -45,7 +45,7 @@ fn animation(node: usize, values: usize) -> Animation {
     Animation { channels: vec![channel], ..Animation::default() }
 }
 
-/// Weights of so many targets of a deformer at one time.
+/// Weights of this many targets of a deformer at one time.
 fn weights(deformer: usize, width: usize) -> Animation {
     let (times, interpolation) = (vec![0.0], Interpolation::Linear);
     let channel = WeightChannel { deformer, times, values: vec![0.0; width], width, interpolation };

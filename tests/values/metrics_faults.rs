@@ -197,5 +197,8 @@ fn what_cannot_be_compared_is_refused() {
     assert_eq!(refused(&nowhere, &reference), "the image has no finite pixel; render it again");
     assert_eq!(refused(&reference, &nowhere), "the reference has no finite pixel; render it again");
     let black = changed(&reference, |_, _, _| [0.0; 3]);
-    assert_eq!(refused(&reference, &black), "the reference is black, so relative errors are undefined");
+    assert_eq!(
+        refused(&reference, &black),
+        "the reference is black, so relative errors are undefined; light the scene"
+    );
 }

@@ -276,7 +276,7 @@ fn scenes_tell_whether_they_have_light() {
     assert!(analytic::furnace(0.5, 1.0, false).has_light());
 }
 
-/// The longer way takes two thirds of the image, and its middle is the image's.
+/// The longer side takes two thirds of the image, and its middle is the image's.
 #[test]
 fn a_view_that_is_filled_is_filled_to_two_thirds() {
     let tall = [DVec3::new(1.0, 0.0, 2.0), DVec3::new(1.2, 5.0, 2.0), DVec3::new(0.7, 3.0, 1.0)];
@@ -326,7 +326,7 @@ fn the_grid_leaves_its_margin_about_the_longest_side() {
     // Eleven metres are eleven voxels of sixteen.
     assert!((grid.voxel_m - 1.0).abs() < 1e-12, "{}", grid.voxel_m);
     assert!((grid.corner - DVec3::new(-6.0, -0.5, -3.5)).length() < 1e-12, "{}", grid.corner);
-    // A cube that does not hold the scene: with rays a larger one does, which holds that one's voxels.
+    // A cube that does not hold the scene: with rays a larger cube does, which contains the first one's voxels.
     settings.grid.side = Some(8.0);
     let grid = Grid::place(bounds, &settings).expect("a grid");
     assert_eq!((grid.boxes, grid.voxel_m, grid.finest_m()), (1, 2.0, 0.5));

@@ -1,5 +1,5 @@
-//! `docs/notes/talk.md` names what is there, and its pictures are those that its example makes, but for what drivers
-//! round.
+//! `docs/notes/talk.md` names existing code, and its pictures equal those of its example within the rounding of
+//! drivers.
 
 use crate::pictures;
 
@@ -43,7 +43,7 @@ fn what_the_page_names_is_there() {
         }
     }
     assert!(files > 40, "{files}");
-    // The third column of the slides has rows of the ledger; S12 is what the slides do not hold.
+    // The third column of the slides has rows of the ledger; S12 is absent from the slides.
     let slides = page.lines().filter_map(cells).filter(|cells| cells.len() == 3);
     let named: BTreeSet<&str> = slides.flat_map(|cells| cells[2].split(' ')).filter(|id| *id != "ledger").collect();
     let named: BTreeSet<&str> = named.into_iter().filter(|id| !id.is_empty()).collect();

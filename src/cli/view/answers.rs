@@ -123,9 +123,9 @@ pub struct Losses {
 fn note_loss(last: &mut Option<Instant>, what: &str) -> anyhow::Result<()> {
     if last.is_some_and(|at| at.elapsed() < AGAIN) {
         let remedy = "ask for less, such as a smaller window";
-        return Err(anyhow!("{what} was lost again, soon after it was opened anew: {remedy}"));
+        return Err(anyhow!("{what} was lost again, soon after it was reopened: {remedy}"));
     }
     *last = Some(Instant::now());
-    out::warn(&format!("{what} was lost, and is opened anew"));
+    out::warn(&format!("{what} was lost and is reopened"));
     Ok(())
 }

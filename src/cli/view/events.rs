@@ -183,7 +183,7 @@ impl App {
             KeyCode::KeyP => {
                 self.saves = true;
                 if !self.rests() {
-                    self.panel.say("the picture is saved once it is whole".into());
+                    self.panel.say("the picture is saved when it is finished".into());
                 }
             }
             key if key == KeyCode::AltLeft || WAYS.iter().any(|(way, _)| *way == key) => {

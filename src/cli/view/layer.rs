@@ -101,10 +101,12 @@ impl Layer {
                 return (name, "a colour per voxel; grey lies outside of the grid");
             }
             Self::Grid(GridLayer::Lists) => ("list lengths", "1 black, 2 blue, 4 cyan, 8 yellow, 16 and more red"),
-            Self::Grid(GridLayer::Volume(_)) => ("volume", "what the voxel sends along this way, with a volume's blur"),
-            Self::Grid(GridLayer::Kept) => ("light kept", "radiance that rays find on the surface"),
+            Self::Grid(GridLayer::Volume(_)) => {
+                ("volume", "radiance that the voxel sends in this direction, blurred as cones read it")
+            }
+            Self::Grid(GridLayer::Kept) => ("light kept", "stored radiance that rays find on the surface"),
             Self::Grid(GridLayer::Items) => {
-                ("where light is kept", "a colour per list item that keeps light; grey keeps none")
+                ("where light is kept", "a colour per list item that stores light; grey items store none")
             }
         };
         (name.to_owned(), meaning)
@@ -189,7 +191,7 @@ impl Grid<'_> {
         let volumes = self.renderer.frame().method.volumes();
         let Some(volume) = volumes.get(side.bounce).or(volumes.last()) else {
             let method = self.settings.method;
-            let words = format!("the method {method} keeps no volume with sides: choose a preset of cones");
+            let words = format!("the method {method} has no directional volume: choose a preset of cones");
             return Err(Error::Usage(words));
         };
         let level = side.level.min(volume.levels - 1);
@@ -204,7 +206,7 @@ fn lengths(context: &Arc<Context>, renderer: &Renderer) -> Result<Vec<u32>> {
     let heads: Vec<u32> = download(context, &lists.heads)?;
     let items: Vec<ListItem> = download(context, &lists.items)?;
     if heads.iter().all(|&head| head == 0) {
-        return Err(Error::Usage("this method keeps no lists of triangles: show another layer".into()));
+        return Err(Error::Usage("this method has no lists of triangles: show another layer".into()));
     }
     // Indices are 1-based; 0 ends a list.
     let item = |at: &u32| items.get((*at as usize).checked_sub(1)?).map(|item| item.next);

@@ -224,11 +224,12 @@ impl Panel {
             }
         });
         let refine = egui::Slider::new(&mut self.choice.refine, 1..=4096).logarithmic(true);
-        ui.add(refine.text("passes at rest")).on_hover_text("the mean over so many passes is shown; C prints as many");
+        ui.add(refine.text("passes at rest"))
+            .on_hover_text("shows the mean of this many passes; C prints a command with as many");
     }
 
     fn show_settings(&mut self, ui: &mut egui::Ui) {
-        ui.checkbox(&mut self.all, "all, also rare ones");
+        ui.checkbox(&mut self.all, "all, with rare ones");
         if self.costs.1 != self.choice.settings {
             self.costs = (BTreeMap::new(), self.choice.settings.clone());
         }

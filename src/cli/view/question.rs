@@ -64,7 +64,7 @@ pub fn inspect<'a>(
 ) -> Result<&'a Inspect> {
     if settings.method != Method::Rays {
         let words =
-            format!("only the method rays keeps light on surfaces, not {}: choose such a preset", settings.method);
+            format!("only the method rays stores light on surfaces, not {}: choose a preset of rays", settings.method);
         return Err(Error::Usage(words));
     }
     if made.is_none() {

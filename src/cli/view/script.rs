@@ -132,7 +132,7 @@ impl App {
         (self.script.wait, self.script.since) = (Wait::Nothing, None);
         let Some((at, line)) = self.script.acts.pop_front() else { return Ok(()) };
         let path = self.script.path.clone();
-        let senseless = || Error::file(&path, format!("line {at}: {line:?} is nothing that a user does"));
+        let senseless = || Error::file(&path, format!("line {at}: {line:?} is no step of a script; correct it"));
         self.script.wait = self.act_out(event_loop, &line, &senseless)?;
         self.redraw();
         Ok(())

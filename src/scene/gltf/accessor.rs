@@ -139,10 +139,15 @@ impl<'a> Data<'a> {
         let stated = |key: &str| self.document.stated(&format!("/accessors/{index}/{key}"));
         let Checked::Valid(component) = accessor.component_type else {
             let code = stated("componentType");
-            return Err(format!("accessor {index} has component type {code}, which glTF does not define"));
+            return Err(format!(
+                "accessor {index} has component type {code}, which glTF does not define; export the file again"
+            ));
         };
         let Checked::Valid(kind) = accessor.type_ else {
-            return Err(format!("accessor {index} has type \"{}\", which glTF does not define", stated("type")));
+            return Err(format!(
+                "accessor {index} has type \"{}\", which glTF does not define; export the file again",
+                stated("type")
+            ));
         };
         Ok(Layout { accessor, component: component.0, width: kind.multiplicity() })
     }
@@ -191,7 +196,7 @@ impl<'a> Data<'a> {
         let Layout { accessor, component, width } = layout;
         if width != N && (pad.is_none() || width > N) {
             let kind = self.document.stated(&format!("/accessors/{index}/type"));
-            return Err(format!("accessor {index} has type {kind}, which does not fit its use"));
+            return Err(format!("accessor {index} has type {kind}, which does not fit its use; export the file again"));
         }
         let fill = pad.unwrap_or([T::default(); N]);
         let zero = std::array::from_fn(|i| if i < width { T::default() } else { fill[i] });
@@ -220,7 +225,9 @@ impl<'a> Data<'a> {
         };
         let Some(sparse) = &accessor.sparse else { return Ok(out) };
         let Checked::Valid(key) = sparse.indices.component_type else {
-            return Err(format!("accessor {index} has sparse indices that are not unsigned integers"));
+            return Err(format!(
+                "accessor {index} has sparse indices that are not unsigned integers; export the file again"
+            ));
         };
         let what = format!("accessor {index} (sparse)");
         let part = |view: Index<View>, offset: USize64, bytes: usize| {
@@ -252,7 +259,7 @@ impl<'a> Data<'a> {
     pub fn integers<const N: usize>(&self, index: usize) -> Result<Vec<[u32; N]>, Problem> {
         self.vectors(index, None, |layout, bytes| match layout.component {
             ComponentType::U8 | ComponentType::U16 | ComponentType::U32 => Ok(number(layout.component, bytes).0 as u32),
-            _ => Err(format!("accessor {index} must hold unsigned integers")),
+            _ => Err(format!("accessor {index} must hold unsigned integers; export the file again")),
         })
     }
 }

@@ -51,7 +51,8 @@ pub fn load(data: &Data, tree: &NodeOrder, node: usize, scene: &mut Scene) -> Re
     let what = format!("node {node} has {NAME}");
     let mut lengths = Vec::new();
     for (name, index) in &attributes {
-        let index = index.ok_or_else(|| format!("{what} with {name} that is no index; export the file again"))?;
+        let index =
+            index.ok_or_else(|| format!("{what} with {name} that is no accessor's index; export the file again"))?;
         let accessor = data.document.accessors.get(index).ok_or_else(|| missing("accessor", index))?;
         lengths.push(size(accessor.count));
     }

@@ -179,7 +179,7 @@ impl Loader<'_> {
         for set in left_out {
             let (what, [first, second]) = (&self.what, sets);
             self.document.warn(format!(
-                "{what} reads more than two sets of texture coordinates; its textures on set {set} lie as set {first} says, those on {first} and {second} are right"
+                "{what} uses more than two sets of texture coordinates; its textures on set {set} are placed by set {first}, those on {first} and {second} by their own"
             ));
         }
         for slot in slots_mut(m).flatten() {

@@ -87,7 +87,9 @@ impl NodeOrder {
 
 fn local_transform(document: &Document, index: usize) -> Result<Transform, Problem> {
     let node = &document.nodes[index];
-    let finite = |ok: bool| if ok { Ok(()) } else { Err(format!("node {index} has a transform that is not finite")) };
+    let finite = |ok: bool| {
+        if ok { Ok(()) } else { Err(format!("node {index} has a transform that is not finite; export the file again")) }
+    };
     if let Some(m) = &node.matrix {
         let matrix = DMat4::from_cols_array(m);
         finite(matrix.is_finite())?;

@@ -32,7 +32,7 @@ pub fn read(path: &Path, max_texture: Option<u32>) -> Result<(Panorama, Vec<Stri
         notes.push(format!("{name} was scaled down from {width}x{height} to {}x{} texels", map.width, map.height));
     }
     if whole.0 != 2 * whole.1 {
-        notes.push(format!("{name} is not twice as wide as high: it is taken to go all around all the same"));
+        notes.push(format!("{name} is not twice as wide as high: it is stretched around the whole sky"));
     }
     Ok((map, notes))
 }
@@ -65,7 +65,7 @@ fn mend(radiance: &mut [Vec3], name: &str) -> Vec<String> {
     }
     let texels = if count == 1 { "1 texel that is".to_owned() } else { format!("{count} texels that are") };
     let note =
-        format!("{name} has {texels} negative or no number, taken as black; what is infinite as the brightest number");
+        format!("{name} has {texels} negative or NaN, read as black; infinite ones are read as the largest number");
     if count > 0 { vec![note] } else { Vec::new() }
 }
 

@@ -51,7 +51,7 @@ pub fn read(path: &Path) -> Result<(Panorama, Vec<String>)> {
     };
     let radiance = (0..texels).map(radiance).collect();
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let notes = header.unheeded.iter().map(|line| format!("{name}: {line} in its header was not heeded")).collect();
+    let notes = header.unheeded.iter().map(|line| format!("{name}: {line} in its header was ignored")).collect();
     Ok((Panorama { width: width as usize, height: height as usize, radiance }, notes))
 }
 

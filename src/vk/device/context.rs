@@ -123,8 +123,13 @@ impl Context {
         if describes {
             extensions.push(ash::khr::pipeline_executable_properties::NAME);
         }
-        let host = open(&instance, physical, queue_family, &extensions, capabilities.enabled_features())
-            .map_err(|result| Error::Device(format!("{name} cannot be opened ({result})")))?;
+        let host = open(&instance, physical, queue_family, &extensions, capabilities.enabled_features()).map_err(
+            |result| {
+                Error::Device(format!(
+                    "{name} cannot be opened ({result}): check its driver with vulkaninfo, or choose another device"
+                ))
+            },
+        )?;
         Self::assemble(host, capabilities, Some(instance), telling)
     }
 

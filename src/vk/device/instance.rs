@@ -134,8 +134,11 @@ impl Instance {
     /// All physical devices in the loader's order; never empty.
     pub(in crate::vk) fn physical_devices(&self) -> Result<Vec<vk::PhysicalDevice>> {
         // SAFETY: the instance is alive.
-        let devices = unsafe { self.raw.enumerate_physical_devices() }
-            .map_err(|result| Error::Device(format!("listing the Vulkan devices failed ({result})")))?;
+        let devices = unsafe { self.raw.enumerate_physical_devices() }.map_err(|result| {
+            Error::Device(format!(
+                "listing the Vulkan devices failed ({result}): check the graphics driver with vulkaninfo"
+            ))
+        })?;
         if devices.is_empty() { Err(Error::Device(NO_DRIVER.to_owned())) } else { Ok(devices) }
     }
 }

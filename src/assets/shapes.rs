@@ -33,7 +33,7 @@ pub struct Shape {
     pub positions: Vec<DVec3>,
     pub normals: Vec<DVec3>,
     pub uvs: Vec<DVec2>,
-    /// Linear.
+    /// Linear Rec. 709.
     pub colors: Vec<DVec3>,
     pub indices: Vec<u32>,
     /// Differences that a morph target adds to positions and normals.

@@ -202,7 +202,7 @@ pub fn frames(text: &str) -> Result<Frames, &'static str> {
         let (first, last, step) = (first.parse().ok()?, last.parse().ok()?, step.parse().ok()?);
         (first <= last && last < u32::MAX && step > 0).then_some(Frames { first, last, step })
     };
-    read().ok_or("write how many frames, or the numbers of the first and the last one, such as 60, 0-59 or 0-59:2")
+    read().ok_or("write a number of frames, or the numbers of the first and the last one, such as 60, 0-59 or 0-59:2")
 }
 
 pub fn size(text: &str) -> Result<(u32, u32), String> {

@@ -105,7 +105,7 @@ fn sentence(grids: &[u32], case: &Case, lines: &[&CsvLine]) -> String {
     let failing: Vec<String> = presets.iter().filter_map(far).collect();
     if failing.is_empty() {
         let names: Vec<String> = presets.iter().map(|preset| coded(preset)).collect();
-        return format!("- **{}**: nothing; measured were {}, which keep the limit.\n", case.name, names.join(", "));
+        return format!("- **{}**: nothing: all measured presets ({}) keep the limit.\n", case.name, names.join(", "));
     }
     format!("- **{}**: {} {}.\n", case.name, case.advice, failing.join("; "))
 }
@@ -149,7 +149,7 @@ slide,fast,64,share,0,0.01,0.01,0.01,0.01,\"0.1, 0.2\",worst 1 % of pixels = 0.1
     fn failures_are_named_and_the_rest_is_not() {
         let page = page(TABLE).unwrap();
         assert!(page.contains("| `fast` | 0 |\n| `cones` | **2.000 % (3.000 %)** |"), "{page}");
-        assert!(page.contains("- **flicker**: nothing; measured were `fast`, which keep the limit."));
+        assert!(page.contains("- **flicker**: nothing: all measured presets (`fast`) keep the limit."));
         assert!(page.contains("`cones` reaches 3.000 % at 64³.") && !page.contains("`fast` reaches"));
         assert!(
             page.contains(

@@ -108,12 +108,12 @@ impl Panel {
                     (None, None) => "preparing the scene".into(),
                 });
                 self.show_view(ui, frame);
-                ui.checkbox(&mut self.truth, "error against the truth");
+                ui.checkbox(&mut self.truth, "error against the path tracer");
                 if self.truth {
                     let slider = egui::Slider::new(&mut self.fade, 0.0..=2.0).show_value(false);
                     ui.add(slider.text("image, reference, FLIP"));
                     ui.label(
-                        compared.map_or("the path tracer starts when the picture rests".into(), Compared::in_words),
+                        compared.map_or("the path tracer starts when nothing moves".into(), Compared::in_words),
                     );
                 }
                 ui.collapsing("settings", |ui| self.show_settings(ui));

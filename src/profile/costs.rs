@@ -31,7 +31,7 @@ pub struct PassCost {
     pub written_bytes: u64,
     /// Read and written bytes over the median time, in 10⁹ per second. Caches cause rates above the copy rate.
     pub gb_per_s: f64,
-    /// That rate divided by the better copy rate of the device.
+    /// `gb_per_s` divided by the better copy rate of the device.
     pub share_of_copy: f64,
 }
 

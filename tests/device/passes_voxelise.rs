@@ -15,7 +15,7 @@ use crate::scenes::{Random, add, triangle};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use gpu::twins::dilate::outline;
 use gpu::twins::record::{in_voxels, record};
-use gpu::twins::voxelise::{Comparison, Pair, Polygon, compare_sets, voxelise, voxelise_dilated};
+use gpu::twins::voxelise::{Pair, PairComparison, Polygon, compare_sets, voxelise, voxelise_dilated};
 use twobounce::ground::expected_items::expected_items;
 use twobounce::ground::layout::{Globals, GridPush, Triangle};
 use twobounce::scene::{LoadOptions, Material, Mesh, Scene};
@@ -37,7 +37,7 @@ fn metre_grid(edge: u32) -> Settings {
 }
 
 /// The scene's triangles, rounded to f32 as on the device.
-fn compare(scene: &Scene, settings: &Settings) -> Comparison {
+fn compare(scene: &Scene, settings: &Settings) -> PairComparison {
     let context = gpu::context();
     let renderer = gpu::render(&context, scene, settings, 16);
     let grid = &renderer.ground().desc.grid;
@@ -59,7 +59,7 @@ fn all_ways(settings: &Settings) -> impl Iterator<Item = Settings> {
     ways.map(|way| gpu::with(settings.clone(), &[&format!("grid.conservative={way}")]))
 }
 
-fn is_exact(scene: &Scene, settings: &Settings) -> Comparison {
+fn is_exact(scene: &Scene, settings: &Settings) -> PairComparison {
     let is_exact = |settings: Settings| {
         let found = compare(scene, &settings);
         let by = settings.grid.conservative;

@@ -10,14 +10,14 @@ use twobounce::vk::{
 };
 
 /// The system's allocator; each thread counts its calls.
-struct Counting;
+struct CountingAllocator;
 
 thread_local! {
     static CALLS: Cell<u64> = const { Cell::new(0) };
 }
 
 // SAFETY: every call is passed on unchanged.
-unsafe impl GlobalAlloc for Counting {
+unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         CALLS.with(|calls| calls.set(calls.get() + 1));
         unsafe { System.alloc(layout) }
@@ -29,7 +29,7 @@ unsafe impl GlobalAlloc for Counting {
 }
 
 #[global_allocator]
-static HEAP: Counting = Counting;
+static HEAP: CountingAllocator = CountingAllocator;
 
 /// Allocations of one frame's recording over a warm slot, whatever the number of its commands.
 const ALLOCATIONS: u64 = 0;

@@ -26,12 +26,12 @@ static PEAK: AtomicUsize = AtomicUsize::new(0);
 /// Processor time at the start of the present input, in nanoseconds; 0 between inputs.
 static SINCE: AtomicU64 = AtomicU64::new(0);
 
-pub struct Counting;
+pub struct GuardedAllocator;
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: GuardedAllocator = GuardedAllocator;
 
-impl Counting {
+impl GuardedAllocator {
     fn add(bytes: usize) {
         let live = LIVE.fetch_add(bytes, Relaxed).saturating_add(bytes);
         PEAK.fetch_max(live, Relaxed);
@@ -42,7 +42,7 @@ impl Counting {
 }
 
 // SAFETY: every call goes to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
+unsafe impl GlobalAlloc for GuardedAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         Self::add(layout.size());
         unsafe { System.alloc(layout) }

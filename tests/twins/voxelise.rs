@@ -25,7 +25,7 @@ pub struct VoxelPairs {
 
 /// The comparison of a set of pairs with the exact one. Pairs near touching count neither way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Comparison {
+pub struct PairComparison {
     /// Share of the certain pairs that were found.
     pub recall: f64,
     /// Share of the found pairs that are certain.
@@ -203,7 +203,7 @@ pub fn voxelise_dilated(triangles: &[[DVec3; 3]], edge: u32) -> VoxelPairs {
 }
 
 /// Compares found pairs (any order, no duplicates expected: a duplicate counts against precision) with the exact set.
-pub fn compare_sets(found: &[Pair], exact: &VoxelPairs) -> Comparison {
+pub fn compare_sets(found: &[Pair], exact: &VoxelPairs) -> PairComparison {
     let mut found = found.to_vec();
     found.sort_unstable();
     let holds = |set: &[Pair], pair: &Pair| set.binary_search(pair).is_ok();
@@ -212,7 +212,7 @@ pub fn compare_sets(found: &[Pair], exact: &VoxelPairs) -> Comparison {
     let right = decided.iter().filter(|(i, p)| holds(&exact.certain, p) && (*i == 0 || found[i - 1] != **p)).count();
     let share = |part: usize, whole: usize| if whole == 0 { 1.0 } else { part as f64 / whole as f64 };
     let all = exact.certain.len() + exact.touching.len();
-    Comparison {
+    PairComparison {
         recall: share(recalled, exact.certain.len()),
         precision: share(right, decided.len()),
         touching: if all == 0 { 0.0 } else { exact.touching.len() as f64 / all as f64 },

@@ -112,9 +112,7 @@ impl Panel {
                 if self.truth {
                     let slider = egui::Slider::new(&mut self.fade, 0.0..=2.0).show_value(false);
                     ui.add(slider.text("image, reference, FLIP"));
-                    ui.label(
-                        compared.map_or("the path tracer starts when nothing moves".into(), Compared::in_words),
-                    );
+                    ui.label(compared.map_or("the path tracer starts when nothing moves".into(), Compared::in_words));
                 }
                 ui.collapsing("settings", |ui| self.show_settings(ui));
                 if let Some(frame) = frame {

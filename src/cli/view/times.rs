@@ -87,7 +87,8 @@ pub fn show(ui: &mut egui::Ui, frame: &ShownFrame, history: &History) {
             continue;
         }
         let (ms, share) = (sum(zones.iter().copied()), sum(made.iter().copied()) / all);
-        let words = if made.is_empty() { " in its last run, reused since".into() } else { format!(", {:.0} %", 100.0 * share) };
+        let words =
+            if made.is_empty() { " in its last run, reused since".into() } else { format!(", {:.0} %", 100.0 * share) };
         let title = egui::RichText::new(format!("{name}: {ms:.2} ms{words}")).color(color);
         egui::CollapsingHeader::new(title).id_salt(name).default_open(true).show(ui, |ui| show_zones(ui, zones));
     }

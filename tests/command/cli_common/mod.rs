@@ -45,7 +45,7 @@ impl Folder {
         Self(tempfile::tempdir().unwrap())
     }
 
-    /// The same folder, with the box with a point light as `name`.
+    /// As [`Self::empty`], with the box with a point light as `name`.
     pub fn with_box(name: &str) -> Self {
         let folder = Self::empty();
         fs::copy(root().join("assets/cornell-point.glb"), folder.path(name)).unwrap();

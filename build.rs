@@ -1,5 +1,5 @@
-//! Compiles every shader under `glsl/`, by `src/vk/pipeline/compile.rs`, and writes the table that `vk::shader` includes.
-//! An error or a warning stops the build with `file:line: message`.
+//! Compiles every shader under `glsl/`, by `src/vk/pipeline/compile.rs`, and writes the table that `vk::shader`
+//! includes. An error or a warning stops the build with `file:line: message`.
 
 use compile::{Compiled, Store, compile_all, find_files, numbered};
 use std::collections::BTreeSet;
@@ -22,12 +22,12 @@ const MADE_BY: &str = concat!(
 );
 
 fn main() {
-    // A folder is watched with everything below it, so this covers includes and new files too.
+    // Watching a folder covers everything below it, also includes and new files.
     println!("cargo:rerun-if-changed={ROOT}");
     for script in ["build.rs", "src/vk/pipeline/compile.rs", "src/vk/pipeline/used.rs"] {
         println!("cargo:rerun-if-changed={script}");
     }
-    // With `RUSTDOCFLAGS="--cfg internals"` the documentation has what is not for hosts, too.
+    // With `RUSTDOCFLAGS="--cfg internals"` the documentation also has the modules that hosts do not use.
     println!("cargo:rustc-check-cfg=cfg(internals)");
     let folder = Folder(PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")));
     match compile_all(Path::new(ROOT), &folder) {
@@ -39,7 +39,7 @@ fn main() {
     }
 }
 
-/// Keeps each shader beside the text that it was made of: a change costs what it changes.
+/// Stores each compiled shader beside its source text, so that a change compiles only the shaders that it affects.
 struct Folder(PathBuf);
 
 impl Store for Folder {
@@ -71,7 +71,8 @@ fn output_file(name: &str) -> String {
 }
 
 impl Folder {
-    /// Writes all words, packed, and Rust source: the shaders, sorted by name, and the constants that headers declare.
+    /// Writes all words, compressed, and Rust source: the shaders, sorted by name, and the constants that headers
+    /// declare.
     fn write_table(&self, shaders: &[Compiled]) -> io::Result<()> {
         let mut all = Vec::new();
         let words = |bytes: usize| bytes / size_of::<u32>();
@@ -89,7 +90,7 @@ impl Folder {
     }
 }
 
-/// Forms of a shader have most of their functions in common, but far apart: the window holds all of them.
+/// Forms of a shader share most functions, but far apart: the window holds all of them.
 fn compressed(bytes: &[u8]) -> io::Result<Vec<u8>> {
     let mut encoder = zstd::Encoder::new(Vec::new(), 9)?;
     encoder.long_distance_matching(true)?;

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Measures every pass of the presets on a device, and the error of their images: see scripts/gpu-table.sh, which calls this.
+"""Measures every pass of the presets on a device, and the error of their images: see scripts/gpu-table.sh, which calls
+this.
 
-Times are medians of five frames from scratch after two to warm up, in milliseconds of the device. Errors are `rel` and energy of the
-whole image at 240 by 135 pixels against the path tracer's image with as many bounces (docs/accuracy.md).
+Times are medians of five frames from scratch after two to warm up, in milliseconds of the device. Errors are `rel` and
+energy of the whole image at 240 by 135 pixels against the path tracer's image with as many bounces (docs/accuracy.md).
 """
 
 import argparse
@@ -22,7 +23,7 @@ PROGRAM = ROOT / "target/release/twobounce"
 PRESETS = ["fast", "balanced", "accurate", "cones", "corrected", "printed", "lpv", "photons"]
 SIZES = ["1920x1080", "2560x1440", "3840x2160"]
 ERROR_SIZE = "240x135"
-# Of the seconds that all may take: what times take at most, so that errors are measured too.
+# The largest share of the total time for timing, so that errors are measured too.
 SHARE_OF_TIMES = 0.65
 
 
@@ -64,7 +65,7 @@ def write_terrain(path, edge):
 
 
 class Run:
-    """Runs the program, until no time is left."""
+    """Runs the program until the time is used up."""
 
     def __init__(self, seconds, device):
         self.end = time.monotonic() + seconds
@@ -106,7 +107,7 @@ def milliseconds(value):
 
 
 def table(rows):
-    """Lines of Markdown, of rows of cells whose first is the head."""
+    """A table in Markdown, from rows of cells; the first row is the head."""
     yield "| " + " | ".join(rows[0]) + " |"
     yield "|---|---|" + "---:|" * (len(rows[0]) - 2)
     for row in rows[1:]:

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Prints hashes of the pixels of some two dozen images: all presets, three scenes, two sizes, further layers, sequences.
+"""Prints hashes of the pixels of some two dozen images: all presets, three scenes, two sizes, further layers,
+sequences.
 
 A change without effect on images gives the same hashes on the same device:
     scripts/image-hashes.py PROGRAM [SCENE...] > before.txt

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""Plants the faults of tests/faults/faults.toml, one at a time, and writes into docs/notes/faults.md which test caught which.
+"""Plants the faults of tests/faults/faults.toml, one at a time, and writes into docs/notes/faults.md which test caught
+which.
 
-The tracked files are copied into target/faults/tree, and everything is built and run there: the repository itself is never
-touched but for the page. A fault of a shader is planted at run time first, in a copy of the GLSL that the tests on a device take
-(TWOBOUNCE_TEST_GLSL); if they let it pass, and for every other fault, the program is built with it. A fault is caught by the first test that fails; in the end, each test that caught one must pass
-without any fault. Exit code 1 if a fault was not caught.
+The tracked files are copied into target/faults/tree, and everything is built and run there: the repository itself is
+never touched but for the page. A fault of a shader is planted at run time first, in a copy of the GLSL that the tests
+on a device take (TWOBOUNCE_TEST_GLSL); if they let it pass, and for every other fault, the program is built with it. A
+fault is caught by the first test that fails; in the end, each test that caught one must pass without any fault. Exit
+code 1 if a fault was not caught.
 
     scripts/planted-faults.py                  # all of them: make faults
     scripts/planted-faults.py --list
@@ -35,12 +37,12 @@ TEST_SECONDS = 1500
 # Tests of texts: the first fails by any fault's text.
 NOT_RUN = ["faults_listed::", "docs::"]
 NOT_CAUGHT = "NOT CAUGHT"
-# Shaders that do not compile, or that take other things than the program gives: the program must be built with them.
+# Shaders that do not compile, or whose bindings differ from the program's: the program must be built with them.
 NOT_TAKEN = "the planted shaders: "
 
 
 def copy_tree():
-    """The tracked files as they stand; what is the same is left alone, so that it is not built again."""
+    """Copies the tracked files; equal files are left alone, so that they are not built again."""
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True, text=True).stdout
     files = {name for name in listed.split("\0") if name and (ROOT / name).is_file()}
     for old in [path for path in TREE.rglob("*") if path.is_file()] if TREE.exists() else []:
@@ -55,7 +57,7 @@ def copy_tree():
 
 
 def run(command, seconds=None, more={}):
-    """Exit code and output; no code where it did not end in time."""
+    """Runs a command; returns exit code and output, without a code where it did not end in time."""
     job = subprocess.Popen(command, cwd=TREE, env={**ENVIRONMENT, **more}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                            start_new_session=True)
     try:
@@ -70,8 +72,8 @@ def run(command, seconds=None, more={}):
 
 
 def first_failure(test, more={}):
-    """The test that fails first of a binary, of one of its files `binary::file`, or of one test `binary::file::test`; nothing if
-    all is well. `more`: variables of the environment."""
+    """The test that fails first in a binary, in one of its files `binary::file`, or in one test `binary::file::test`;
+    nothing if all pass. `more`: environment variables."""
     binary, _, name = test.partition("::")
     is_file = name and "::" not in name and binary != "lib"
     chosen_tests = [name + "::"] if is_file else [name, "--exact"] if name else []
@@ -94,7 +96,8 @@ def first_failure(test, more={}):
 
 
 def compiled_shaders():
-    """What build.rs made, by path: put back with a fault's text, so that what includes it is not compiled again."""
+    """The output of build.rs by path. It is restored with a fault's text, so that code that includes it is not compiled
+    again."""
     made = (SCRATCH / "target/release/build").glob("twobounce-*/out/*")
     return {path: path.read_bytes() for path in made if path.suffix in (".spv", ".text")}
 
@@ -107,7 +110,7 @@ def binaries():
 
 
 def plant(fault, shaders, first_only):
-    """The first test that fails with the fault in its place; `shaders`: compiled without it."""
+    """Plants a fault and returns the first test that fails; `shaders`: those compiled without the fault."""
     path = TREE / fault["file"]
     text = path.read_text()
     if text.count(fault["find"]) != 1:
@@ -137,7 +140,7 @@ def plant(fault, shaders, first_only):
 
 
 def driver():
-    """Of the first device that `twobounce info` lists: the one that tests choose."""
+    """The driver of the first device that `twobounce info` lists, which tests choose."""
     _, output = run([*CARGO, "run", "--release", "--locked", "--features", "hot-reload", "--quiet", "--", "info"])
     found = re.search(r"^\s.*driver (.+)$", output, re.MULTILINE)
     return found[1] if found else "an unknown driver"
@@ -197,7 +200,7 @@ def main():
             write_page(faults, caught, device)
     names = [fault["name"] for fault in chosen]
     wrong = [name for name in names if caught[name] == NOT_CAUGHT]
-    # A test that fails anyway, or by shaders that are taken at run time, catches nothing.
+    # A test that fails without the fault, or because shaders are replaced at run time, catches nothing.
     shutil.rmtree(GLSL, ignore_errors=True)
     shutil.copytree(TREE / "glsl", GLSL)
     for test in sorted({caught[name].split(" ")[0] for name in names if name not in wrong}):

@@ -12,25 +12,25 @@ pub fn srgb_from_linear(linear: f32) -> f32 {
     if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// Where the primaries red, green and blue of a colour space lie, and its white, in the CIE's x and y.
+/// The primaries of a colour space and its white point, in the CIE's x and y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chromaticities {
     pub primaries: [DVec2; 3],
     pub white: DVec2,
 }
 
-/// Rec. 709, with the white D65.
+/// Rec. 709, with the white point D65.
 pub const REC_709: Chromaticities = Chromaticities {
     primaries: [DVec2::new(0.64, 0.33), DVec2::new(0.3, 0.6), DVec2::new(0.15, 0.06)],
     white: DVec2::new(0.3127, 0.329),
 };
 
-/// How far stated numbers may be from [`REC_709`] and still mean it: some writers round to three digits.
+/// Stated chromaticities within this distance of [`REC_709`] count as Rec. 709: some writers round to three digits.
 const ROUNDING: f64 = 0.001;
 
 impl Chromaticities {
-    /// XYZ of a linear colour. The white (1, 1, 1) has the luminance 1. `None` where the primaries span no plane, or a
-    /// luminance is 0.
+    /// The matrix from a linear colour to XYZ. The white (1, 1, 1) has luminance 1. `None` if the primaries span no
+    /// plane or a luminance is 0.
     pub fn xyz_from_rgb(&self) -> Option<DMat3> {
         let xyz = |c: DVec2| DVec3::new(c.x, c.y, 1.0 - c.x - c.y) / c.y;
         let primaries = DMat3::from_cols_array_2d(&self.primaries.map(|c| xyz(c).to_array()));
@@ -39,8 +39,8 @@ impl Chromaticities {
         usable.then(|| primaries * DMat3::from_diagonal(shares))
     }
 
-    /// Linear Rec. 709 of a linear colour; its white becomes Rec. 709's, by Bradford's transform. The identity for Rec.
-    /// 709 itself. `None` as for [`Self::xyz_from_rgb`].
+    /// The matrix from a linear colour to linear Rec. 709. Bradford's transform maps its white to that of Rec. 709. The
+    /// result is the identity for Rec. 709 itself, and `None` as for [`Self::xyz_from_rgb`].
     pub fn rec_709_from_rgb(&self) -> Option<DMat3> {
         let near = |a: DVec2, b: DVec2| (a - b).abs().max_element() <= ROUNDING;
         if (0..3).all(|i| near(self.primaries[i], REC_709.primaries[i])) && near(self.white, REC_709.white) {
@@ -50,9 +50,9 @@ impl Chromaticities {
     }
 }
 
-/// Linear Rec. 709 of XYZ whose white has the chromaticities `white`; `None` where that has no luminance.
+/// The matrix from XYZ to linear Rec. 709 for a white with the chromaticities `white`; `None` if that has no luminance.
 pub fn rec_709_from_xyz(white: DVec2) -> Option<DMat3> {
-    // Responses of the eye's cones as Bradford's transform has them (Lam 1985).
+    // Responses of the eye's cones in Bradford's transform (Lam 1985).
     let cones = DMat3::from_cols_array(&[0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367, 1.0296]);
     let response = |c: DVec2| cones * (DVec3::new(c.x, c.y, 1.0 - c.x - c.y) / c.y);
     let adapted = cones.inverse() * DMat3::from_diagonal(response(REC_709.white) / response(white)) * cones;
@@ -68,7 +68,7 @@ mod tests {
         assert!((a - b).abs().max_element() < most, "{a} is not {b}");
     }
 
-    /// The numbers are those of the standards: IEC 61966-2-1 for Rec. 709's matrix, ITU-R BT.2087 for Rec. 2020's.
+    /// The expected numbers are from IEC 61966-2-1 for the matrix of Rec. 709 and from ITU-R BT.2087 for Rec. 2020.
     #[test]
     fn matrices_are_those_of_the_standards() {
         let green = REC_709.xyz_from_rgb().unwrap().y_axis;

@@ -32,11 +32,10 @@ impl Error {
     }
 }
 
-/// Characters of what another library says: more would bury what is said here.
+/// The maximum number of characters that a message quotes from another library, so that it does not bury the own text.
 const SAID_MAX: usize = 160;
 
-/// Another library's message about a file as a part of a sentence: on one line and short, although it may quote the
-/// file.
+/// Another library's message about a file as part of a sentence: on one line and shortened, even if it quotes the file.
 pub(crate) fn said(problem: &impl Display) -> String {
     let text = problem.to_string();
     let words: Vec<&str> = text.split(|c: char| c.is_control() || c == ' ').filter(|word| !word.is_empty()).collect();

@@ -4,8 +4,8 @@ use std::env;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-/// The folder in which this program keeps what it can make again: `twobounce` in `XDG_CACHE_HOME`, else in
-/// `LOCALAPPDATA`, as Windows has it, else in `.cache` of the home folder; `None` where the environment names none.
+/// The folder for files that this program can create again: `twobounce` in `XDG_CACHE_HOME`, else in `LOCALAPPDATA`
+/// (Windows), else in `.cache` of the home folder. `None` if the environment names none of them.
 pub fn cache() -> Option<PathBuf> {
     cache_of(|name| env::var_os(name))
 }

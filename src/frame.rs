@@ -1,9 +1,9 @@
 //! The frame: everything that turns a scene into an image, for one size and one set of settings.
 //!
-//! [`Frame::record`] records it into a given recorder, a host's command buffer too: uploads, lists, the method's light,
-//! the image. It makes, submits and waits for nothing, and the image stays on the device. Buffers that turned out too
-//! small are told by [`Frame::poll`] once the commands are done. Several frames may be in flight, each in a slot of its
-//! own.
+//! [`Frame::record`] records a frame into a given recorder, which may be a host's command buffer: uploads, lists, the
+//! method's light, and the image. It creates, submits and waits for nothing, and the image stays on the device.
+//! [`Frame::poll`] reports buffers that were too small, once the commands have finished. Several frames may be in
+//! flight, each in its own slot.
 
 mod desc;
 mod light;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 use glam::{DAffine3, Vec3};
 
 use crate::Result;
-use crate::gi::{Gi, Maker, Update};
+use crate::gi::{IndirectMethod, Maker, Update};
 use crate::ground::grid::radiance_scale;
 use crate::ground::image::given::{GivenPass, GivenSurfaces};
 use crate::ground::image::target::{ImageShape, ImageTarget};
@@ -35,7 +35,7 @@ pub use light::{LightProgress, LightRules, LightState, MOST_SETTLING, SETTLED};
 
 pub struct Frame {
     pub ground: Ground,
-    pub method: Box<dyn Gi>,
+    pub method: Box<dyn IndirectMethod>,
     pub target: ImageTarget,
     image: ImagePass,
     settings: Settings,
@@ -43,65 +43,65 @@ pub struct Frame {
     placed_lamps: LampSums,
     /// Scale from radiance to its stored value.
     pub scale: f32,
-    /// Counters as the device left them, per slot and grid.
+    /// Counters of each slot and grid, written by the device.
     counters: Vec<Vec<Buffer>>,
-    /// How far the method's light has come. After each pass the caller measures the light if `is_measured` asks for it.
+    /// The progress of the method's light. After each pass the caller measures the light if `is_measured` requests it.
     pub light: LightProgress,
-    /// Whether all items are lit that may be asked for, where light is made on demand.
+    /// Whether all items are lit that can be requested, for light on demand.
     all_lit: bool,
     /// Inputs of the lists and light now on the device; `None` if they must be rebuilt.
-    made_of: Option<MadeOf>,
-    /// The next frame remakes lists and light, though nothing moved.
+    made_of: Option<LightInputs>,
+    /// Whether the next frame rebuilds lists and light although nothing moved.
     stale: bool,
 }
 
-/// Everything that changes from frame to frame and shows in lists or light: no camera does.
-struct MadeOf {
+/// All inputs that can change between frames and affect lists or light. The camera does not.
+struct LightInputs {
     instances: Vec<DAffine3>,
     /// Poses of the scene's deformers.
     deforms: Vec<DeformPose>,
     lights: Vec<layout::Light>,
-    /// Its two colours, and how far its map is turned.
+    /// The two colours of the sky, and the rotation of its map.
     sky: ([Vec3; 2], f32),
-    /// The time within the animation, where the light's random numbers turn with it.
+    /// The time within the animation, if the light's random numbers change with it.
     time_s: Option<f64>,
-    /// Which of the passes over the image whose mean is shown, where light is made on demand: few directions show in
-    /// mirrors and would stay in the mean if every pass did not have others.
+    /// The pass over the image, for light on demand. Mirrors show the few directions of the light, so every pass uses
+    /// other directions; otherwise their pattern would remain in the mean.
     image_pass: Option<u32>,
 }
 
-/// The scene, pose and view that a frame shows.
+/// The scene, pose and view of a frame.
 #[derive(Clone, Copy)]
-pub struct Seen<'a> {
+pub struct Shot<'a> {
     pub scene: &'a Scene,
     pub pose: &'a Pose,
     pub view: &'a View,
-    /// Which of the passes over the image this is, whose mean the host takes; `None`: the light alone is wanted.
+    /// The index of this pass among the passes over one image that the host averages; `None` updates the light alone.
     pub image: Option<u32>,
 }
 
-impl<'a> Seen<'a> {
-    /// An image of one pass.
+impl<'a> Shot<'a> {
+    /// A shot for an image of one pass.
     pub fn new(scene: &'a Scene, pose: &'a Pose, view: &'a View) -> Self {
         Self { scene, pose, view, image: Some(0) }
     }
 }
 
-/// The GPU's counters after a frame.
+/// Counters of the GPU after a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counters {
     pub triangles: u32,
-    /// Zero-area triangles that were dropped.
+    /// The number of triangles without area, which were dropped.
     pub degenerate: u32,
     pub list_items: u32,
     pub occupied_voxels: u32,
 }
 
 impl Frame {
-    /// Compiles the passes and makes what they work on.
+    /// Compiles the passes and creates their resources.
     ///
     /// # Errors
-    /// Settings that make no sense, too little memory, a lost device.
+    /// Settings are invalid, there is too little memory, or the device is lost.
     pub fn new(context: &Arc<Context>, desc: &FrameDesc, scene_on_gpu: &Arc<SceneOnGpu>) -> Result<Self> {
         let settings = desc.settings;
         let lamps = lamps(desc.scene, settings);
@@ -138,14 +138,14 @@ impl Frame {
         })
     }
 
-    /// Whether the next frame starts from nothing, so that it is not known yet how much its lists take.
+    /// Whether the next frame has no earlier lists, so that the size of its lists is unknown.
     pub fn starts_from_nothing(&self) -> bool {
         self.made_of.is_none()
     }
 
-    /// Records the lists of such a frame alone: what is too small can grow before anything is lit, and the frame goes
-    /// on from them. `slot`: as for [`Self::record`].
-    pub fn record_lists(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
+    /// Records only the lists of such a frame, so that buffers can grow before anything is lit. The frame then
+    /// continues from these lists. `slot` is as for [`Self::record`].
+    pub fn record_lists(&mut self, r: &mut Recorder, slot: usize, seen: &Shot) {
         let now = self.made_now(seen);
         self.place_grids(seen.view);
         self.upload(r, seen, &now, true);
@@ -156,14 +156,14 @@ impl Frame {
         self.light.forget();
     }
 
-    /// Records a frame. `slot`: one of those in flight that is free again.
-    pub fn record(&mut self, r: &mut Recorder, slot: usize, seen: &Seen) {
+    /// Records a frame. `slot` is a slot whose earlier frame has finished.
+    pub fn record(&mut self, r: &mut Recorder, slot: usize, seen: &Shot) {
         self.record_light(r, seen);
         if seen.image.is_none() || !self.image.asks() {
             self.light_all(r);
         }
         if seen.image.is_some() {
-            // The recorded triangles become the image, with what the method looks up.
+            // The image shows the recorded triangles with the light that the method looks up.
             let (ground, target) = (&self.ground, &self.target);
             let frame = ImageFrame { ground, target, scene: seen.scene };
             let asked = self.method.on_demand().filter(|_| !self.all_lit);
@@ -175,25 +175,26 @@ impl Frame {
         self.copy_counters(r, slot);
     }
 
-    /// Records a frame that lights what a host drew, instead of an image. `given`: of [`Self::given`].
-    pub fn record_given(&mut self, r: &mut Recorder, slot: usize, seen: &Seen, given: &GivenSurfaces) {
+    /// Records a frame that lights surfaces drawn by a host, instead of an image. `given` is a result of
+    /// [`Self::given`].
+    pub fn record_given(&mut self, r: &mut Recorder, slot: usize, seen: &Shot, given: &GivenSurfaces) {
         self.record_light(r, seen);
         self.light_all(r);
         given.pass.record(r, &self.ground, &self.method.binds(&self.ground), given.have_material);
         self.copy_counters(r, slot);
     }
 
-    /// Records what stands where, and the light that the method makes of it.
-    fn record_light(&mut self, r: &mut Recorder, seen: &Seen) {
+    /// Records the geometry, the lists, and the light that the method makes from them.
+    fn record_light(&mut self, r: &mut Recorder, seen: &Shot) {
         let now = self.made_now(seen);
         let before = self.made_of.take();
         let unlit = self.light.state() == LightState::Unlit;
         let moved = self.place_grids(seen.view);
         let stale = std::mem::take(&mut self.stale) || moved;
-        let stood = |b: &MadeOf| b.instances == now.instances && b.deforms == now.deforms;
+        let stood = |b: &LightInputs| b.instances == now.instances && b.deforms == now.deforms;
         let lists = stale || !before.as_ref().is_some_and(stood);
         let bytes = bytemuck::cast_slice::<layout::Light, u8>;
-        let same = |before: &MadeOf| {
+        let same = |before: &LightInputs| {
             bytes(&before.lights) == bytes(&now.lights)
                 && before.sky == now.sky
                 && before.time_s == now.time_s
@@ -204,12 +205,12 @@ impl Frame {
         }
         self.upload(r, seen, &now, lists || unlit);
         if lists {
-            // Records the triangles, and lists them in the voxels that they touch.
+            // The triangles are recorded, and listed in the voxels that they touch.
             self.ground.swap_lists();
             self.ground.record_lists(r, seen.pose);
         }
         if self.light.needs_pass() {
-            // The light that the method makes of it.
+            // The method computes its light.
             let update = Update {
                 lists: lists || unlit,
                 history: self.light.has_history(),
@@ -223,7 +224,7 @@ impl Frame {
         }
         self.made_of = Some(now);
         if !r.goes_on() {
-            self.start_over(); // the recording ended before its lists and light were whole
+            self.start_over(); // the recording ended before lists and light were complete
         }
     }
 
@@ -236,7 +237,7 @@ impl Frame {
         }
     }
 
-    /// Light that is made on demand is forgotten where the recording ended before it was whole.
+    /// Forgets light that is made on demand if the recording ended before it was complete.
     fn forget_cut_light(&mut self, r: &Recorder) {
         if !r.goes_on() {
             self.light.forget();
@@ -244,8 +245,8 @@ impl Frame {
         }
     }
 
-    fn made_now(&self, seen: &Seen) -> MadeOf {
-        MadeOf {
+    fn made_now(&self, seen: &Shot) -> LightInputs {
+        LightInputs {
             instances: seen.pose.world_from_instance.clone(),
             deforms: seen.pose.deforms.clone(),
             lights: uniforms::lights(seen.scene, seen.pose, &self.ground.desc.grid),
@@ -255,7 +256,7 @@ impl Frame {
         }
     }
 
-    /// Puts the method's own grids and boxes of finer voxels about the camera. Returns whether one moved.
+    /// Moves the method's own grids and the boxes of finer voxels to the camera. Returns whether one moved.
     fn place_grids(&mut self, view: &View) -> bool {
         let eye = self.ground.desc.grid.voxel_from_world().transform_point3(view.eye).as_vec3();
         let about = self.ground.desc.grid.about.unwrap_or(eye);
@@ -269,10 +270,10 @@ impl Frame {
         }
     }
 
-    /// The constants of this frame that shaders read. `lamps`: whether these may have moved.
-    fn upload(&mut self, r: &mut Recorder, seen: &Seen, now: &MadeOf, lamps: bool) {
+    /// Writes the uniforms of this frame. `lamps` says whether lamps may have moved.
+    fn upload(&mut self, r: &mut Recorder, seen: &Shot, now: &LightInputs, lamps: bool) {
         let mean_pass = self.light.mean_pass();
-        r.full_barrier(); // the frame before read the same buffers
+        r.full_barrier(); // the previous frame read the same buffers
         if lamps {
             let placed =
                 self.lamps.place(seen.scene, seen.pose, &self.ground.desc.grid, self.settings.lights.lamp_points);
@@ -298,15 +299,15 @@ impl Frame {
         r.update(&self.ground.lights, 0, &now.lights);
     }
 
-    /// How much of the mean over passes is that of `pass`. Settled light of one set of directions is wrong where light
-    /// goes to and fro along them, and a mean that began with it would keep that for long: the first third of the
-    /// passes each take the place of the one before instead.
+    /// The weight of `pass` in the mean over passes. Settled light from one set of directions is wrong where light
+    /// travels back and forth along them, and would bias the mean for long. Therefore each of the first third of the
+    /// passes replaces the previous one instead.
     fn share_of_mean(&self, pass: u32) -> f32 {
         let replacing = self.ground.desc.wants.mean_passes.unwrap_or(0) / 3;
         1.0 / (1 + pass.saturating_sub(replacing)) as f32
     }
 
-    /// Counters of a frame that is done, and what must grow before the next, if anything overflowed.
+    /// Counters of a finished frame, and the buffers that must grow before the next frame if one overflowed.
     pub fn poll(&self, slot: usize) -> (Counters, Option<Counts>) {
         let found: Vec<Globals> = self.counters[slot].iter().map(|buffer| buffer.read_some(0, 1)[0]).collect();
         let base = &found[0];
@@ -320,14 +321,14 @@ impl Frame {
         (counters, (grown != *self.counts()).then_some(grown))
     }
 
-    /// Replaces the buffers that are too small for `counts`; no frame may be in flight. The next frame starts from
-    /// nothing.
+    /// Replaces buffers that are too small for `counts`; no frame may be in flight. The next frame rebuilds lists and
+    /// light.
     ///
     /// # Errors
-    /// Too little memory; the counts then are as before, and no buffer is smaller.
+    /// There is too little memory. Then the counts are as before, and no buffer is smaller.
     pub fn grow(&mut self, context: &Arc<Context>, counts: Counts) -> Result<()> {
         tracing::info!("buffers grow: {:?} to {:?}", self.counts(), counts);
-        // The content of replaced buffers is lost, also where the rest finds no memory.
+        // The content of replaced buffers is lost, even if a later buffer finds no memory.
         self.start_over();
         if counts.blended_samples > self.counts().blended_samples {
             self.image.grow(context, counts.blended_samples)?;
@@ -335,29 +336,29 @@ impl Frame {
         self.ground.grow(context, counts)
     }
 
-    /// The next frame starts from nothing: the last one was not finished, or what it made is gone.
+    /// Makes the next frame rebuild lists and light, because the last frame was incomplete or its results are gone.
     pub fn start_over(&mut self) {
         self.made_of = None;
         self.light.forget();
     }
 
-    /// A pass that lights what a host drew, for this frame as it is. `desc`: what the frame was made for, or changed to
-    /// last.
+    /// Creates a pass that lights surfaces drawn by a host. `desc` is the description with which the frame was created
+    /// or last changed.
     ///
     /// # Errors
-    /// Too little memory, or a lost device.
+    /// There is too little memory, or the device is lost.
     pub fn given(&self, context: &Arc<Context>, desc: &FrameDesc) -> Result<GivenPass> {
         let given = GivenPass::new(context, &image_pass_desc(desc, &*self.method, self.counts()), desc.size)?;
         context.wait_for_pipelines()?;
         Ok(given)
     }
 
-    /// Changes to the settings, the size and the lights of `desc`, of the same scene, and remakes only what depends on
-    /// what changed: the lists stay where the grid and what is asked of it do, the light where its settings do, and a
-    /// pipeline where its shaders' constants do. No frame may be in flight.
+    /// Adopts the settings, size and lights of `desc` for the same scene, and rebuilds only parts that depend on a
+    /// change: lists if their grid or contents differ, light if its settings differ, and a pipeline if the constants of
+    /// its shaders differ. No frame may be in flight.
     ///
     /// # Errors
-    /// As for [`Frame::new`]; the frame then is as before.
+    /// As for [`Frame::new`]; after an error the frame is as before.
     pub fn change(&mut self, context: &Arc<Context>, desc: &FrameDesc) -> Result<()> {
         let (old, new) = (&self.settings, desc.settings);
         let relit = !of_light(old).means_same(&of_light(new));
@@ -391,15 +392,16 @@ impl Frame {
         Ok(())
     }
 
-    /// The vertices or materials of `scene` changed on the device ([`SceneOnGpu::update_mesh`]): the next frame heeds
-    /// them.
+    /// Vertices or materials of `scene` were changed on the device ([`SceneOnGpu::update_mesh`]). The change takes
+    /// effect in the next frame.
     pub fn scene_changed(&mut self, scene: &Scene) {
         self.lamps = lamps(scene, &self.settings);
         self.scale = radiance_scale(scene, self.ground.desc.grid.finest_m(), self.settings.bounces);
         self.stale = true;
     }
 
-    /// The next frame remakes lists and light though nothing changed: what a frame costs in which something moves.
+    /// Makes the next frame rebuild lists and light although nothing changed, to measure the cost of a frame with
+    /// motion.
     pub fn make_anew(&mut self) {
         self.stale = true;
     }
@@ -408,13 +410,13 @@ impl Frame {
         &self.ground.desc.counts
     }
 
-    /// Memory that is allocated for buffers as large as `counts` and a grid of edge `voxels`.
+    /// The memory for buffers of the size `counts` and a grid of edge `voxels`.
     pub fn plan(&self, counts: &Counts, voxels: u32) -> Vec<MemoryRow> {
         let settings = Settings { voxels, ..self.settings.clone() };
         plan(&settings, self.ground.desc.features, self.target.shape(), counts)
     }
 
-    /// Memory that would be allocated for images of another size.
+    /// The memory that images of another size would take.
     pub fn plan_at(&self, size: (u32, u32)) -> Vec<MemoryRow> {
         let (width, height) = size;
         let shape = ImageShape { width, height, ..*self.target.shape() };
@@ -422,7 +424,7 @@ impl Frame {
     }
 }
 
-fn light_rules(desc: &FrameDesc, ground: &Ground, method: &dyn Gi) -> LightRules {
+fn light_rules(desc: &FrameDesc, ground: &Ground, method: &dyn IndirectMethod) -> LightRules {
     LightRules {
         feeds: desc.settings.bounces == Bounces::All && method.coarse_light().is_some(),
         mean_passes: ground.desc.wants.mean_passes,

@@ -1,35 +1,37 @@
-//! For programs that render with Vulkan themselves: their device, their command buffers, their images.
+//! The interface for programs that render with Vulkan themselves, with their own device, command buffers and images.
 //!
-//! The crate's first page says how the parts go together, and `examples/host/` is a whole host. The contract:
+//! The crate's first page shows how the parts fit together, and `examples/host/` is a complete host. The contract:
 //!
 //! | call | allocates | submits and waits | fails |
 //! |---|---|---|---|
-//! | [`Context::adopt`] | yes | no | yes: what the device lacks, or the host did not enable |
+//! | [`Context::adopt`] | yes | no | yes: if the device lacks something or the host did not enable it |
 //! | [`Prepared::new`], [`change`](Prepared::change), [`grow`](Prepared::grow) | yes | uploads, over the host's locked queue | yes: memory, settings |
-//! | [`Prepared::output`], [`inputs`](Prepared::inputs) | no | no | yes: a format or size that cannot be |
-//! | [`Prepared::record`], [`record_given`](Prepared::record_given) | nothing of Vulkan's | no | no |
+//! | [`Prepared::output`], [`inputs`](Prepared::inputs) | no | no | yes: formats and sizes that are not supported |
+//! | [`Prepared::record`], [`record_given`](Prepared::record_given) | no Vulkan objects | no | no |
 //! | [`Prepared::poll`], [`timings`](Prepared::timings) | no | no | only where the device is lost |
 //!
-//! - **Enabled by the host.** [`required_features`] and [`required_extensions`] list what must be; [`missing`] says
-//!   what a device lacks before one is made, [`Context::adopt`] what was not enabled. Nothing is enabled here.
-//! - **In flight.** Each frame in flight has a slot, `0..slots`. Descriptors are pushed into the command buffer, so
-//!   none is updated in flight. What the frames share (lists, light, images) is ordered by the barriers that each
-//!   recording begins and ends with: frames go to one queue in the order they were recorded, or semaphores order them.
-//! - **Clobbered** in the command buffer: the compute and the graphics pipeline, the descriptor sets of both bind
-//!   points, push constants, viewport and scissor 0, all other dynamic state, the index buffer and vertex buffer 0. Set
-//!   your own again.
-//! - **Barriers.** The first command makes all that the host's earlier commands wrote visible, the last makes
-//!   everything visible to what follows and to the CPU. A host's image is taken from its state
-//!   [before](HostImage::before) to its state [after](HostImage::after) by barriers recorded here. Images made here are
-//!   in `GENERAL` layout, always.
-//! - **Threads.** Everything here is `Send`. The queue and the allocator are behind the mutexes that the host lends;
-//!   there is no global state but tables of constants, and a count of files that are being written.
-//! - **Words.** Errors are one sentence. Notes go to [`tracing`](https://docs.rs/tracing), which is silent until a host
-//!   listens.
+//! - **Enabled by the host.** The host enables the items of [`required_features`] and [`required_extensions`].
+//!   [`missing`] lists the items that a device lacks before it is created, and [`Context::adopt`] refuses a device on
+//!   which some are not enabled. This library enables nothing.
+//! - **In flight.** Each frame in flight has a slot, `0..slots`. Descriptors are pushed into the command buffer, so no
+//!   descriptor set is updated in flight. Frames share lists, light and images. Barriers at the beginning and end of
+//!   each recording order these accesses, so frames are submitted to one queue in the order of recording, or semaphores
+//!   order them.
+//! - **Overwritten state** of the command buffer: the compute and graphics pipelines, the descriptor sets of both bind
+//!   points, push constants, viewport and scissor 0, all other dynamic state, the index buffer and vertex buffer 0. The
+//!   host sets its own state again.
+//! - **Barriers.** The first command makes all writes of earlier commands of the host visible. The last one makes
+//!   everything visible to later commands and to the CPU. Barriers recorded here move a host's image from its state
+//!   [before](HostImage::before) to its state [after](HostImage::after). Images of this library always stay in
+//!   `GENERAL` layout.
+//! - **Threads.** All types are `Send`. The host lends mutexes that guard the queue and the allocator. The only global
+//!   state is tables of constants and a count of files that are being written.
+//! - **Messages.** An error is one sentence. Notes go to [`tracing`](https://docs.rs/tracing), which is silent until
+//!   the host subscribes.
 //!
-//! Not supported: rendering by a queue family without graphics, glass and coats on surfaces that the host drew,
-//! swapchains, tone mapping on the device, deformed meshes; a change to a material, a mesh or the number of lights asks
-//! for [`Prepared::new`] or [`Prepared::change`].
+//! Not supported are queue families without graphics, glass and clearcoat on surfaces drawn by the host, swapchains,
+//! tone mapping on the device, and deformed meshes. A change of a material, a mesh or the number of lights needs
+//! [`Prepared::new`] or [`Prepared::change`].
 
 use std::sync::Arc;
 
@@ -47,98 +49,98 @@ use crate::settings::Settings;
 use crate::vk::{Image, Recorder, Slot, SlotOptions};
 use crate::{Error, Result};
 
-pub use crate::frame::{Counters, Seen};
+pub use crate::frame::{Counters, Shot};
 pub use crate::layers::{Aov, Layers};
 pub use crate::vk::{
     Context, FeatureStructs, Features, HostDevice, HostImage, ImageUse, ZoneKind, ZoneTiming, ZoneTimings, missing,
     ray_query_extensions, required_extensions, required_features,
 };
 
-/// Inputs for which frames are prepared.
+/// Description of the frames that [`Prepared::new`] makes ready.
 #[derive(Clone, Debug)]
 pub struct Prepare {
-    /// Pixels.
+    /// Width and height in pixels.
     pub size: (u32, u32),
-    /// Layers beside the image, to be handed out as images: any but [`Aov::Alpha`] makes all of them, five images more.
+    /// Layers that are made available as images in addition to radiance. Any layer except [`Aov::Alpha`] creates all of
+    /// them, which takes five more images.
     pub layers: Vec<Aov>,
-    /// Of the scene over all that will move ([`Scene::bounds`]): where the grid stands.
+    /// Bounds of the scene including all future motion ([`Scene::bounds`]). They determine the place of the grid.
     pub bounds: Bounds,
-    /// Frames that may be in flight at once, 1 or more.
+    /// The number of frames that may be in flight at once, at least 1.
     pub slots: usize,
-    /// Make ready for surfaces that the host draws: [`Prepared::record_given`], six images more.
+    /// Whether the host draws surfaces itself ([`Prepared::record_given`]), which takes six more images.
     pub given: bool,
-    /// Measure passes, for [`Prepared::timings`].
+    /// Whether passes are timed, for [`Prepared::timings`].
     pub timestamps: bool,
-    /// Bytes of device memory that may be taken; the device's own budget where absent.
+    /// Bytes of device memory that may be used; by default the budget that the device reports.
     pub memory_limit: Option<u64>,
 }
 
 impl Prepare {
-    /// The image alone, two frames in flight.
+    /// Frames of radiance alone, with two frames in flight.
     pub fn new(size: (u32, u32), bounds: Bounds) -> Self {
         Self { size, layers: vec![], bounds, slots: 2, given: false, timestamps: false, memory_limit: None }
     }
 }
 
-/// A scene with settings, ready to be recorded: it holds everything that frames need.
+/// A scene with settings, ready for recording: it owns everything that frames need.
 pub struct Prepared {
     context: Arc<Context>,
     frame: Frame,
     given: Option<GivenPass>,
     slots: Vec<Slot>,
-    /// Whether anything was recorded over a slot that `poll` can tell of.
+    /// Whether something was recorded into each slot, so that `poll` has a result.
     recorded: Vec<bool>,
     prepare: Prepare,
     memory: MemoryCheck,
     voxels: u32,
 }
 
-/// Buffers that a frame turned out to need larger: see [`Prepared::grow`].
+/// Buffers that were too small for a frame: see [`Prepared::grow`].
 #[derive(Clone, Debug)]
 pub struct Growth(Counts);
 
-/// A layer of the image, on the device: RGBA in f32, one level and layer, in `GENERAL` layout before and after each
-/// recording, made with `SAMPLED` and `TRANSFER_SRC` usage. It is valid until the next [`Prepared::change`], for
-/// commands that follow the recording and come before the next one on the queue. Colours are linear radiance,
-/// premultiplied by alpha.
+/// A layer of the image on the device: RGBA in f32 with one mip level and one array layer, in `GENERAL` layout before
+/// and after each recording, with usage `SAMPLED` and `TRANSFER_SRC`. It is valid until the next [`Prepared::change`],
+/// for commands between one recording and the next on the queue. Colours are linear radiance, premultiplied by alpha.
 #[derive(Clone, Copy, Debug)]
 pub struct LayerImage {
     pub image: vk::Image,
-    /// Of the whole image, in its own format.
+    /// A view of the whole image in its own format.
     pub view: vk::ImageView,
     pub format: vk::Format,
-    /// Texels.
+    /// Width and height in texels.
     pub size: (u32, u32),
-    /// The channel that holds the layer, where it is one number. Depth is [`FAR`] where no surface is.
+    /// The channel that holds a scalar layer; `None` for colours and vectors. Depth is [`FAR`] where no surface is.
     pub channel: Option<usize>,
 }
 
-/// Depth, in metres, where no surface is.
+/// The depth, in metres, of pixels without a surface.
 pub const FAR: f32 = target::FAR;
 
-/// A host's image that takes a layer: from [`Prepared::output`].
+/// A host's image that receives a layer: the result of [`Prepared::output`].
 #[derive(Clone, Copy, Debug)]
 pub struct Output {
     layer: Aov,
     image: HostImage,
-    /// Of [`Prepared::record_given`].
+    /// Whether the image belongs to [`Prepared::record_given`].
     given: bool,
 }
 
-/// A host's own surfaces, to be lit: from [`Prepared::inputs`].
+/// A host's own surfaces to be lit: the result of [`Prepared::inputs`].
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs {
-    /// In the order of [`GivenPass::inputs`].
+    /// Depth, normal and albedo, in the order of [`GivenPass::inputs`].
     images: [HostImage; 3],
     material: Option<HostImage>,
 }
 
 impl Prepared {
-    /// Uploads `scene` and compiles the passes. `pose`: the first one.
+    /// Uploads `scene` and compiles the passes. `pose` is the first pose.
     ///
     /// # Errors
-    /// Too little memory (with the largest grid that would fit), settings that make no sense, a context without a
-    /// queue, a lost device.
+    /// There is too little memory (the message names the largest grid that fits), settings are invalid, the context has
+    /// no queue, or the device is lost.
     pub fn new(
         context: &Arc<Context>,
         scene: &Scene,
@@ -166,10 +168,11 @@ impl Prepared {
         })
     }
 
-    /// Checks that `layer` can be written to `image`. Cheap: a swapchain's images may be given anew each frame.
+    /// Checks that `layer` can be written to `image`. The call is cheap, so a host can repeat it for the images of a
+    /// swapchain in each frame.
     ///
     /// # Errors
-    /// The layer was not prepared, the image has another size, its format cannot be converted to.
+    /// The layer was not prepared, the image has another size, or no conversion to its format exists.
     pub fn output(&self, layer: Aov, image: HostImage) -> Result<Output> {
         if self.frame.target.layer(layer).is_none() {
             let name = layer.name();
@@ -188,18 +191,22 @@ impl Prepared {
         self.check_given()?;
         if !matches!(layer, Aov::Direct | Aov::Indirect) {
             let name = layer.name();
-            return Err(Error::Usage(format!("a host's surfaces have direct and indirect light, and no layer {name}")));
+            return Err(Error::Usage(format!(
+                "surfaces that a host gives have only the layers direct and indirect, not {name}: leave it out"
+            )));
         }
         self.check(&image, false)?;
         Ok(Output { layer, image, given: true })
     }
 
-    /// Checks that a host's surfaces can be lit: images that can be read, of the frame's size, seen through the view of
-    /// the frame. `depth`, in the first channel: metres along the view's forward axis, 0 where there is no surface
-    /// (`R32_SFLOAT`, since a half is too coarse to start rays from). `normal`: in world space, of any length above 0,
-    /// towards the viewer, of a float format. `albedo`: linear, glTF's base colour. `material`, linear, of glTF's
-    /// model: roughness, metallic, and specular, how much what is no metal mirrors, 1 as a rule (0 of an image with two
-    /// channels). Without it all surfaces are Lambertian.
+    /// Checks that a host's surfaces can be lit. The images are readable, have the size of the frame, and show the view
+    /// of the frame.
+    /// - `depth` holds metres along the view's forward axis in the first channel, and 0 without a surface. Its format
+    ///   is `R32_SFLOAT`, because half floats are too coarse for the origins of rays.
+    /// - `normal` points towards the viewer in world space, with any length above 0, in a float format.
+    /// - `albedo` is glTF's linear base colour.
+    /// - `material` holds glTF's roughness, metallic and specular (the specular reflectance of non-metals, usually 1;
+    ///   an image with two channels has 0). Without it all surfaces are Lambertian.
     ///
     /// # Errors
     /// As for [`Self::output`], or [`Prepare::given`] was not set.
@@ -217,7 +224,7 @@ impl Prepared {
     }
 
     fn check_given(&self) -> Result<()> {
-        let refuse = || Error::Usage("surfaces of a host were not prepared for: set Prepare::given".into());
+        let refuse = || Error::Usage("nothing was prepared for surfaces that a host gives: set Prepare::given".into());
         self.given.as_ref().map(drop).ok_or_else(refuse)
     }
 
@@ -239,54 +246,55 @@ impl Prepared {
         Some(LayerImage { image: image.handle(), view: image.view().handle(), format, size, channel })
     }
 
-    /// Records a frame into `commands`: what is `seen`, and then copies of layers to `outputs` (of a layer that is one
-    /// number, the image that it shares with others). Nothing of Vulkan is allocated, nothing is submitted or waited
-    /// for.
+    /// Records a frame of `seen` into `commands`, followed by copies of layers to `outputs`. A scalar layer is copied
+    /// with the other channels of the image that holds it. No Vulkan object is allocated, and nothing is submitted or
+    /// waited for.
     ///
-    /// `seen.scene` is the scene that was prepared, with lights moved and of other intensity, another sky, another
-    /// [`Pose`] and camera; lists and light are made anew only where something shows in them. `seen.image` is
-    /// `Some(0)`, or counts passes over one image whose mean the host takes, or `None` for the light alone.
+    /// `seen.scene` is the prepared scene; lights may have moved or changed their intensity, and sky, [`Pose`] and
+    /// camera may differ. Lists and light are rebuilt only if a change affects them. `seen.image` is `Some(0)`, or a
+    /// counter of passes over one image that the host averages, or `None` to update the light alone.
     ///
     /// # Panics
-    /// `slot` is none of those prepared, `seen.pose` is not of `seen.scene` ([`Pose::check`]), `seen.scene` has more
-    /// lights than at the start, or an output is of another size than the frame by now.
+    /// `slot` was not prepared, `seen.pose` does not belong to `seen.scene` ([`Pose::check`]), `seen.scene` has more
+    /// lights than at first, or an output does not have the current size of the frame.
     ///
     /// # Safety
-    /// - `commands` belongs to the context's device and queue family, it is recording, it is outside of a render pass
-    ///   or rendering scope, and no query and no conditional rendering is active in it.
-    /// - The device is done with what was recorded over `slot` before, and that is not submitted again.
+    /// - `commands` belongs to the context's device and queue family. It is recording, outside of a render pass or
+    ///   rendering scope, and without an active query or conditional rendering.
+    /// - The device has finished the earlier recording of `slot`, which is not submitted again.
     /// - All recordings are submitted, once each, in their order to one queue, or the host orders them by semaphores.
-    /// - The images of `outputs` are as they say, and live until the device is done.
-    /// - The device is done with everything recorded before `self` is dropped, changed or grown.
-    pub unsafe fn record(&mut self, commands: vk::CommandBuffer, slot: usize, seen: &Seen, outputs: &[Output]) {
+    /// - The images of `outputs` match their description, and live until the device has finished.
+    /// - Before `self` is dropped, changed or grown, the device has finished all recordings.
+    pub unsafe fn record(&mut self, commands: vk::CommandBuffer, slot: usize, seen: &Shot, outputs: &[Output]) {
         seen.pose.check(seen.scene).expect("a pose of the scene");
         let Self { context, frame, slots, .. } = self;
         let record = |recorder: &mut Recorder| {
             frame.record(recorder, slot, seen);
             let layer = |output: &Output| (!output.given).then(|| frame.target.layer(output.layer)).flatten();
-            // SAFETY: the caller's.
+            // SAFETY: the caller guarantees this.
             unsafe { write(recorder, outputs, |output| layer(output).expect("checked by `output`").0) };
         };
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees this.
         unsafe { Recorder::on(context, commands, &mut slots[slot], record) };
         self.recorded[slot] = true;
     }
 
-    /// As [`Self::record`], but no image is drawn: surfaces that the host drew, `inputs`, are lit by the scene as it is
-    /// prepared, which they need not be a part of. They cast no shadow and send no light unless they are. `outputs`: of
-    /// [`Self::given_output`]. Light is looked up at every pixel, so it costs most with `image.interleave` above 1.
+    /// Records a frame like [`Self::record`], but draws no image: it lights the host's surfaces `inputs` with the
+    /// prepared scene. The surfaces need not be part of the scene; if they are not, they cast no shadow and reflect no
+    /// light. `outputs` come from [`Self::given_output`]. Light is gathered at every pixel, so the cost is highest with
+    /// `image.interleave` above 1.
     ///
     /// # Panics
     /// As for [`Self::record`].
     ///
     /// # Safety
-    /// As for [`Self::record`], and the images of `inputs` are as they say.
+    /// As for [`Self::record`], and the images of `inputs` match their description.
     #[expect(clippy::too_many_arguments, reason = "as `record`, with the surfaces of the host")]
     pub unsafe fn record_given(
         &mut self,
         commands: vk::CommandBuffer,
         slot: usize,
-        seen: &Seen,
+        seen: &Shot,
         inputs: &Inputs,
         outputs: &[Output],
     ) {
@@ -299,30 +307,30 @@ impl Prepared {
         };
         let record = |recorder: &mut Recorder| {
             for (host, own) in inputs.images.iter().chain(&inputs.material).zip(given.inputs()) {
-                // SAFETY: `inputs` checked them; the rest is the caller's.
+                // SAFETY: `inputs` checked the images, and the caller guarantees the rest.
                 unsafe { recorder.convert(own, host, true) };
             }
             let surfaces = GivenSurfaces { pass: given, have_material: inputs.material.is_some() };
             frame.record_given(recorder, slot, seen, &surfaces);
-            // SAFETY: the caller's.
+            // SAFETY: the caller guarantees this.
             unsafe { write(recorder, outputs, own) };
         };
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees this.
         unsafe { Recorder::on(context, commands, &mut slots[slot], record) };
         self.recorded[slot] = true;
     }
 
-    /// Buffers that must grow, once the device is done with what was recorded over `slot`: `None` where the frame is
-    /// whole. Until then frames lack triangles or light, and do no other harm. A scene may have to grow two or three
-    /// times, each after a frame.
+    /// The buffers that must grow after the frame in `slot`; `None` if the frame is complete. An incomplete frame lacks
+    /// triangles or light and is otherwise harmless. Buffers of a scene may have to grow two or three times, each time
+    /// after a frame.
     ///
     /// # Safety
-    /// The device is done with what was recorded over `slot`: it writes the counters that are read here.
+    /// The device has finished the recording of `slot`, because it writes the counters that are read here.
     pub unsafe fn poll(&self, slot: usize) -> Option<Growth> {
         self.recorded[slot].then(|| self.frame.poll(slot).1).flatten().map(Growth)
     }
 
-    /// Counters of the frame over `slot`; `None` before the first.
+    /// Counters of the frame in `slot`; `None` before the first frame.
     ///
     /// # Safety
     /// As for [`Self::poll`].
@@ -330,7 +338,8 @@ impl Prepared {
         self.recorded[slot].then(|| self.frame.poll(slot).0)
     }
 
-    /// Time that each pass over `slot` took; `None` without [`Prepare::timestamps`], or while the device is not done.
+    /// Device time of each pass of the frame in `slot`; `None` without [`Prepare::timestamps`], or before the device
+    /// has finished.
     ///
     /// # Errors
     /// The device is lost.
@@ -338,55 +347,55 @@ impl Prepared {
         self.slots[slot].timings(&self.context)
     }
 
-    /// Makes buffers larger. The next frame starts from nothing.
+    /// Replaces buffers by larger ones. The next frame rebuilds lists and light.
     ///
     /// # Errors
-    /// Too little memory.
+    /// There is too little memory.
     ///
     /// # Safety
-    /// No frame is in flight: buffers that it uses are freed.
+    /// No frame is in flight, because buffers that it uses are freed.
     pub unsafe fn grow(&mut self, growth: Growth) -> Result<()> {
         let plan = |voxels| self.frame.plan(&growth.0, voxels);
         self.memory.check(self.voxels, &given_plan(&self.prepare), &plan)?;
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees this.
         unsafe { self.clear() };
         self.frame.grow(&self.context, growth.0)
     }
 
-    /// Changes to other settings, another size and other layers, and to as many lights as `scene` has by now; only what
-    /// depends on what changed is made anew. Outputs and layer images are then asked for again. The slots and whether
-    /// they measure stay as they were.
+    /// Changes settings, size and layers, and adopts the current number of lights of `scene`; only parts that depend on
+    /// a change are rebuilt. The host then requests outputs and layer images again. The number of slots and timestamps
+    /// stay unchanged.
     ///
     /// # Errors
-    /// As for [`Prepared::new`]; all then is as before, or, where a host's surfaces alone lack memory, changed without
-    /// them.
+    /// As for [`Prepared::new`]. After an error everything is as before. If only the resources for a host's surfaces
+    /// lack memory, the change is made without them.
     ///
     /// # Safety
-    /// No frame is in flight: buffers that it uses are freed.
+    /// No frame is in flight, because buffers that it uses are freed.
     pub unsafe fn change(&mut self, scene: &Scene, settings: &Settings, prepare: &Prepare) -> Result<()> {
         scene.check()?;
         let prepare = Prepare { slots: self.slots.len(), timestamps: self.prepare.timestamps, ..prepare.clone() };
         let desc = desc(&self.context, scene, settings, &prepare)?;
         self.memory.check_first(&desc, &self.frame.ground.scene.trees, &given_plan(&prepare))?;
         self.frame.change(&self.context, &desc)?;
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees this.
         unsafe { self.clear() };
         (self.voxels, self.prepare, self.given) = (settings.voxels, prepare.clone(), None);
         self.given = given(&self.context, &self.frame, &desc, &prepare)?;
         Ok(())
     }
 
-    /// The next frame starts without the light of those before it: after a cut.
+    /// Starts the next frame without the light of earlier frames, for example after a cut.
     pub fn forget_light(&mut self) {
         self.frame.light.forget();
     }
 
-    /// Lets go of what the slots keep.
+    /// Drops everything that the slots keep alive.
     ///
     /// # Safety
     /// No frame is in flight.
     unsafe fn clear(&mut self) {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees this.
         self.slots.iter_mut().for_each(|slot| unsafe { slot.clear() });
         self.recorded.fill(false);
     }
@@ -394,22 +403,22 @@ impl Prepared {
 
 fn desc<'a>(context: &Context, scene: &'a Scene, settings: &'a Settings, prepare: &Prepare) -> Result<FrameDesc<'a>> {
     let Prepare { size, bounds, slots, .. } = *prepare;
-    let (outputs, query) = (target::outputs(&prepare.layers), QueryPlan::of(context, scene, settings)?);
+    let (outputs, query) = (target::outputs(&prepare.layers), QueryPlan::of_scene(context, scene, settings)?);
     let desc = FrameDesc { scene, settings, size, outputs, bounds, slots: slots.max(1), query, waits: false };
     desc.check()?;
     Ok(desc)
 }
 
-/// Writes what was drawn to a host's images.
+/// Writes layers to a host's images.
 ///
 /// # Safety
-/// The images are as they say, were checked, and live until the device is done.
+/// The images match their description, were checked, and live until the device has finished.
 unsafe fn write<'a>(r: &mut Recorder, outputs: &[Output], own: impl Fn(&Output) -> &'a Image) {
     if !outputs.is_empty() {
-        r.full_barrier(); // it was drawn
+        r.full_barrier(); // the layers were drawn before
     }
     for output in outputs {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees this.
         unsafe { r.convert(own(output), &output.image, false) };
     }
 }

@@ -57,7 +57,7 @@ impl Layers {
     }
 }
 
-/// The mean of passes over one image, each along other rays.
+/// The mean of passes over one image, each with other ray directions.
 #[derive(Default)]
 #[cfg_attr(not(internals), doc(hidden))]
 pub struct PassMean {
@@ -97,8 +97,8 @@ impl PassMean {
         Layers { width: self.size.0, height: self.size.1, layers: self.sums.iter().map(layer).collect() }
     }
 
-    /// How far the mean is from that of infinitely many passes, as [`relative_noise`], estimated as half the difference
-    /// between the means of even and odd passes; `None` for a single one.
+    /// The estimated noise of the mean, as [`relative_noise`]: the error is taken as half the difference between the
+    /// means of even and odd passes. `None` for a single pass.
     pub fn noise(&self) -> Option<f64> {
         let beauty = self.sums.iter().find(|(aov, _)| *aov == Aov::Beauty).filter(|_| self.passes > 1)?;
         let (all, even) = (f64::from(self.passes), f64::from(self.passes.div_ceil(2)));
@@ -109,8 +109,9 @@ impl PassMean {
     }
 }
 
-/// Root mean square over pixels of errors relative to values, as in `relmse`: per pixel √(Σ error² / (Σ value² + 3ε)),
-/// ε = 0.01 · mean(values)². `pixels`: value and error of each, linear radiance. 0 for a black image.
+/// Root mean square over pixels of relative errors, defined as in `relmse`: per pixel √(Σ error² / (Σ value² + 3ε))
+/// with ε = 0.01 · mean(values)². `pixels` yields value and error of each pixel in linear radiance. 0 for a black
+/// image.
 #[cfg_attr(not(internals), doc(hidden))]
 pub fn relative_noise(pixels: impl Iterator<Item = (DVec3, DVec3)> + Clone) -> f64 {
     let n = pixels.clone().count() as f64;

@@ -1,14 +1,16 @@
-//! Global illumination for any glTF 2.0 scene in raw Vulkan, with or without a GPU: a Vulkan program lends its device
-//! and has frames recorded into its own command buffers; another program has images rendered by a device opened here.
+//! Global illumination for glTF 2.0 scenes in raw Vulkan, with or without a GPU. A Vulkan program lends its device and
+//! has frames recorded into its own command buffers. Other programs have images rendered on a device that is opened
+//! here.
 //!
-//! Direct light of lamps, lights and sky with exact shadows, and light of two bounces or all of them, by one of several
+//! Lamps, lights and the sky cast exact shadows. Indirect light of two bounces or of all is computed by one of several
 //! methods ([`settings::Method`]). The repository's README shows the time of each and its error against a path-traced
 //! reference. Equal calls on the same device give equal bits.
 //!
 //! # A picture
 //!
-//! [`render`] does what the command `twobounce render` does: a scene without a camera is framed, one without light gets
-//! a studio's, and the picture is refined until its noise is low. [`Options`] says otherwise.
+//! [`render`] does what the command `twobounce render` does by default: it frames a scene that has no camera, lights
+//! one that has no light as a studio does, and refines the picture until its noise is low. [`Options`] changes each of
+//! these.
 //!
 //! ```
 //! use twobounce::{Options, Scene, render};
@@ -30,21 +32,22 @@
 //! # Ok::<(), twobounce::Error>(())
 //! ```
 //!
-//! A program that renders many images of one scene keeps a [`renderer::Renderer`], and gives each a pose and a view.
+//! A program that renders many images of one scene keeps a [`renderer::Renderer`] and renders a pose and a view with
+//! each call.
 //!
 //! # In a Vulkan program
 //!
-//! The whole contract is in [`host`]. In short: a program enables what [`host::required_features`] and
-//! [`host::required_extensions`] list, lends its device once, prepares a scene once, and then records frames, which
-//! allocates, submits and waits for nothing. Radiance goes to an image of the program's, and depth, normals and albedo
-//! can be had as images. Or the program draws surfaces itself, and hands over their depth, normals and albedo to have
-//! them lit.
+//! The whole contract is in [`host`]. In short, a program enables the features and extensions of
+//! [`host::required_features`] and [`host::required_extensions`], lends its device once, prepares a scene once, and
+//! then records frames. Recording allocates, submits and waits for nothing. Radiance goes to an image of the program,
+//! and depth, normals and albedo are available as images. A program can also draw surfaces itself and hand over their
+//! depth, normals and albedo to have them lit.
 //!
 //! ```no_run
 //! use std::path::Path;
 //! use std::sync::Arc;
 //! use twobounce::ash::vk;
-//! use twobounce::host::{Aov, Context, HostDevice, HostImage, Prepare, Prepared, Seen};
+//! use twobounce::host::{Aov, Context, HostDevice, HostImage, Prepare, Prepared, Shot};
 //! use twobounce::scene::{LoadOptions, Scene, View};
 //! use twobounce::settings::Settings;
 //!
@@ -74,7 +77,7 @@
 //!     let output = prepared.output(Aov::Beauty, target)?;
 //!     let pose = scene.pose(None, 0.5);
 //!     // SAFETY: the buffer is recording, outside of a rendering scope, and the slot is free.
-//!     unsafe { prepared.record(commands, slot, &Seen::new(scene, &pose, view), &[output]) };
+//!     unsafe { prepared.record(commands, slot, &Shot::new(scene, &pose, view), &[output]) };
 //!     Ok(())
 //! }
 //!
@@ -82,22 +85,22 @@
 //! # Ok::<(), twobounce::Error>(())
 //! ```
 //!
-//! `examples/host/` is such a program, whole: `cargo run --release --example host -- scene.glb image.png`.
+//! `examples/host/` is a complete program of this kind: `cargo run --release --example host -- scene.glb image.png`.
 //!
-//! # What stays
+//! # Stability of the API
 //!
-//! Versions follow [semantic versioning](https://semver.org) for what these pages show: [`render`], [`host`],
-//! [`renderer`], [`scene`], [`settings`], [`Error`], and the crates whose types a host hands over, [`ash`], [`glam`]
-//! and [`gpu_allocator`]. Structs are made by their functions, and their fields changed after that or with `..`, since
-//! fields are added. Everything else is public for the program `twobounce` and for tests, is not shown here, and may
-//! change with any version (`RUSTDOCFLAGS="--cfg internals" cargo doc` shows it).
+//! Versions follow [semantic versioning](https://semver.org) for the items of these pages: [`render`], [`host`],
+//! [`renderer`], [`scene`], [`settings`], [`Error`], and the crates whose types a host passes, [`ash`], [`glam`] and
+//! [`gpu_allocator`]. Programs create structs by their functions and then change fields, or use `..`, because versions
+//! may add fields. All other public items serve the program `twobounce` and the tests. They are hidden here and may
+//! change with any version (`RUSTDOCFLAGS="--cfg internals" cargo doc` shows them).
 
 pub mod host;
 pub mod renderer;
 pub mod scene;
 pub mod settings;
 
-// Not for hosts: see above.
+// These modules are not for hosts: see the first page above.
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod assets;
 #[cfg_attr(not(internals), doc(hidden))]
@@ -137,7 +140,7 @@ pub mod stage;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod vk;
 
-/// The crates whose types a host hands over.
+/// The crates whose types a host passes.
 pub use {ash, glam, gpu_allocator};
 
 pub use error::{Error, Result};

@@ -1,21 +1,21 @@
-//! Memory of the machine: how much is free, how much may be taken, and sizes in words.
+//! Memory of the machine: how much is free, how much may be used, and sizes as text.
 
 use std::fs;
 use std::path::Path;
 
-/// Bytes that a scene may take where the system does not say what is free.
+/// Bytes that a scene may use on systems that do not report free memory.
 const UNKNOWN: u64 = 4 << 30;
 
-/// Bytes that may be taken, and what sets that limit.
+/// A number of bytes that may be used, and the reason for this limit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limit {
     pub bytes: u64,
-    /// As in "more than …".
+    /// The reason as the end of a phrase such as "more than …".
     pub words: String,
 }
 
 impl Limit {
-    /// Half of what is free: the other half is for the work that follows and for other programs.
+    /// Half of the free memory: the other half is for later work and for other programs.
     pub fn host() -> Self {
         match available() {
             Some(free) => {
@@ -27,26 +27,26 @@ impl Limit {
     }
 }
 
-/// Bytes of memory that this process can still get, where the system says: of the machine, of what a container or a
-/// service may take of it, and of its own limits.
+/// Bytes of memory that this process can still get, where the system reports it: limited by the machine, by a container
+/// or service, and by the process's own limits.
 pub fn available() -> Option<u64> {
     free().into_iter().chain(addresses()).min()
 }
 
-/// The machine's, and what a container or a service may take of it.
+/// Free memory of the machine, or of the container or service within it.
 pub fn free() -> Option<u64> {
     let machine = fs::read_to_string("/proc/meminfo").ok().and_then(|text| kib(&text, "MemAvailable:"));
     let groups = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
     machine.into_iter().chain(left_in_groups(&groups, Path::new("/sys/fs/cgroup"))).min()
 }
 
-/// Bytes of addresses that the process's own limits still allow; `None`: there is no limit.
+/// Bytes of address space that the process's own limits still allow; `None` without a limit.
 pub fn addresses() -> Option<u64> {
     let [limits, status] = ["limits", "status"].map(|name| fs::read_to_string(format!("/proc/self/{name}")));
     left_of_limits(&limits.ok()?, &status.ok()?)
 }
 
-/// Bytes that [`addresses`] returns, from the texts of `/proc/self/limits` and `/proc/self/status`.
+/// The result of [`addresses`], computed from the texts of `/proc/self/limits` and `/proc/self/status`.
 fn left_of_limits(limits: &str, status: &str) -> Option<u64> {
     let left = |(limit, taken)| {
         let limit = limits.lines().find_map(|line| line.strip_prefix(limit))?.split_whitespace().next()?;
@@ -55,14 +55,14 @@ fn left_of_limits(limits: &str, status: &str) -> Option<u64> {
     [("Max address space", "VmSize:"), ("Max data size", "VmData:")].into_iter().filter_map(left).min()
 }
 
-/// The bytes that a line of such a text says in KiB.
+/// Bytes stated in KiB by the line `name` of such a text.
 fn kib(text: &str, name: &str) -> Option<u64> {
     let number = text.lines().find_map(|line| line.strip_prefix(name))?.split_whitespace().next()?;
     number.parse::<u64>().ok().map(|kib| kib << 10)
 }
 
-/// Bytes that the control groups in the text of `/proc/self/cgroup` still allow, those around them too, of both
-/// versions. `root`: where their files are.
+/// Bytes that the control groups of `/proc/self/cgroup` and their parents still allow, in versions 1 and 2. `root` is
+/// the folder of their files.
 fn left_in_groups(groups: &str, root: &Path) -> Option<u64> {
     let left = |line: &str| {
         let (controllers, path) = line.split_once(':')?.1.split_once(':')?;
@@ -76,14 +76,14 @@ fn left_in_groups(groups: &str, root: &Path) -> Option<u64> {
         } else {
             ["memory.max", "memory.current", "inactive_file"]
         };
-        // Inside of a container the path may be one of the machine: then what is mounted is the container's own group.
+        // Inside a container the path may be one of the machine. Then the mounted folder is the container's own group.
         let inside = Path::new(path.trim_start_matches('/'));
         inside.ancestors().filter_map(|group| left_in_group(&root.join(group), names)).min()
     };
     groups.lines().filter_map(left).min()
 }
 
-/// The limit less what is taken; cached files give way.
+/// The limit minus used memory, without cached files, which the system can drop.
 fn left_in_group(folder: &Path, [limit, taken, cached]: [&str; 3]) -> Option<u64> {
     let number = |name: &str| fs::read_to_string(folder.join(name)).ok()?.trim().parse::<u64>().ok();
     let statistics = fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
@@ -96,7 +96,7 @@ pub fn mib(bytes: u64) -> f64 {
     bytes as f64 / f64::from(1 << 20)
 }
 
-/// Two sizes as text with their unit, with as many digits as tell them apart.
+/// Two sizes as text with units, with enough digits to tell them apart.
 pub fn apart(sizes: [u64; 2]) -> [String; 2] {
     let texts = |digits: usize| sizes.map(|bytes| format!("{:.digits$} MiB", mib(bytes)));
     let differ = |texts: &[String; 2]| texts[0] != texts[1];

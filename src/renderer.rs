@@ -1,5 +1,5 @@
-//! A host of its own, as the command line uses it: a scene, a [`Frame`] and a [`Readback`] on one device. Renders
-//! frames, lets buffers grow, waits for feedback to settle, reads images back.
+//! The renderer of the command line and of programs without Vulkan code: it owns a scene, a [`Frame`] and a
+//! [`Readback`] on one device, renders frames, grows buffers, waits until feedback has settled, and reads images back.
 
 mod lacks;
 mod limits;
@@ -7,7 +7,7 @@ mod refine;
 
 use std::sync::{Arc, Mutex};
 
-use crate::frame::{Counters, Frame, FrameDesc, LightState, Seen};
+use crate::frame::{Counters, Frame, FrameDesc, LightState, Shot};
 use crate::ground::Ground;
 use crate::ground::attributes::CornerWords;
 use crate::ground::constants::Features;
@@ -31,40 +31,41 @@ pub use limits::{fits, largest_image, memory_limit, most_triangles};
 pub use crate::layers::{Aov, Layers};
 pub use crate::vk::{Context, ContextOptions, Step, Watch, ZoneTimings};
 
-/// How a frame is handed to the device.
+/// How a frame is submitted to the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Submit {
-    /// In parts that each take well below 100 ms on a GPU and about a second on a CPU device, as far as passes can be
-    /// cut.
+    /// Several submissions, each well below 100 ms on a GPU and about a second on a CPU device, as far as passes can be
+    /// split.
     #[default]
     Short,
-    /// One command buffer.
+    /// One command buffer for the whole frame.
     Frame,
-    /// One submission per pass, waited for: CPU time per pass too, for CPU devices.
+    /// One submission per pass, each waited for. This also measures the CPU time of each pass on CPU devices.
     PerPass,
 }
 
 #[derive(Clone)]
 pub struct RenderOptions {
-    /// Pixels.
+    /// Width and height in pixels.
     pub size: (u32, u32),
-    /// Layers beside the image.
+    /// Layers in addition to radiance.
     pub aovs: Vec<Aov>,
     pub submit: Submit,
-    /// Time each level of mips and each step of propagation.
+    /// Whether each level of mips and each step of propagation is timed.
     pub steps: bool,
-    /// Bytes; the device's own budget where absent.
+    /// Bytes of device memory that may be used; by default the budget that the device reports.
     pub memory_limit: Option<u64>,
-    /// Of the scene over the whole animation: where the grid stands.
+    /// Bounds of the scene over the whole animation. They determine the place of the grid.
     pub bounds: Bounds,
-    /// With [`Submit::Short`], asked after each of them; an error ends the frame.
+    /// A function that is called after each submission of [`Submit::Short`]; its error ends the frame.
     pub watch: Option<Watch>,
-    /// With [`Submit::Short`], as short on a CPU device as on a GPU: it pays for that, and answers sooner.
+    /// Whether the submissions of [`Submit::Short`] are as short on a CPU device as on a GPU. The frame takes longer,
+    /// and an interruption is noticed sooner.
     pub responsive: bool,
 }
 
 impl RenderOptions {
-    /// The image alone, in short submissions and within the budget.
+    /// Radiance alone, in short submissions and within the device's budget.
     pub fn new(size: (u32, u32), bounds: Bounds) -> Self {
         Self {
             size,
@@ -79,24 +80,24 @@ impl RenderOptions {
     }
 }
 
-/// Times and counts of a frame.
+/// Times and counts of one frame.
 #[derive(Clone, Debug)]
 pub struct FrameReport {
     pub timings: ZoneTimings,
     pub counters: Counters,
-    /// Times that a buffer was too small and the frame was repeated with a larger one.
+    /// How often a buffer was too small, so that the frame was repeated with a larger one.
     pub repeats: u32,
-    /// With `bounces = all`, further frames until the first had settled.
+    /// With `bounces = all`, the number of further passes until the first light had settled.
     pub settling: u32,
-    /// With `image.passes` above 1: see [`PassMean::noise`].
+    /// The estimated noise with `image.passes` above 1: see [`PassMean::noise`].
     pub noise: Option<f64>,
-    /// Of [`Renderer::render`]: milliseconds of processor time of the process over all threads, where the system tells
-    /// it.
+    /// Processor time of the process over all threads in milliseconds, where the system reports it
+    /// ([`Renderer::render`]).
     pub cpu_ms: Option<f64>,
 }
 
 impl FrameReport {
-    /// Of this image and a further pass over it, `next`, whose noise is the mean's.
+    /// The report of this image and a further pass over it, `next`, which has the noise of the mean.
     #[must_use]
     pub fn then(self, next: Self) -> Self {
         let timings = self.timings.then(next.timings);
@@ -111,22 +112,24 @@ pub struct Renderer {
     options: RenderOptions,
     frame: Frame,
     readback: Readback,
-    /// Of the last image's passes, where it had several.
+    /// The mean of the last image's passes, if it had several.
     mean: Option<PassMean>,
-    /// The scene on the device and the readback: what does not grow.
+    /// Memory of the scene and the readback, which does not grow.
     fixed_plan: Vec<MemoryRow>,
     memory: MemoryCheck,
-    /// Where it is kept.
+    /// The log of the last frame, if logs are kept.
     log: Option<FrameLog>,
-    /// How long what passes take, where submissions are short.
+    /// Measured times of passes, which determine the length of short submissions.
     pace: Arc<Mutex<Pace>>,
 }
 
 impl Renderer {
-    /// Plans memory, refuses what does not fit, uploads the scene and compiles the passes. `pose`: the first one.
+    /// Plans memory, refuses a scene that does not fit, uploads the scene and compiles the passes. `pose` is the first
+    /// pose.
     ///
     /// # Errors
-    /// Too little memory (with the largest grid that would fit), settings that make no sense, a lost device.
+    /// There is too little memory (the message names the largest grid that fits), settings are invalid, or the device
+    /// is lost.
     pub fn new(
         context: &Arc<Context>,
         scene: Scene,
@@ -146,18 +149,18 @@ impl Renderer {
         Ok(Self { context, scene, settings, options, frame, readback, mean: None, fixed_plan, memory, log: None, pace })
     }
 
-    /// Changes to other settings and another size; only what depends on them is remade.
+    /// Changes settings and size; only parts that depend on them are rebuilt.
     ///
     /// # Errors
-    /// As for [`Renderer::new`]; the renderer then is as before.
+    /// As for [`Renderer::new`]; after an error the renderer is as before.
     pub fn change(&mut self, settings: Settings, size: (u32, u32)) -> Result<()> {
         self.change_layers(settings, size, self.options.aovs.clone())
     }
 
-    /// Changes to other settings, another size and other layers; only what depends on them is remade.
+    /// Changes settings, size and layers; only parts that depend on them are rebuilt.
     ///
     /// # Errors
-    /// As for [`Renderer::new`]; the renderer then is as before.
+    /// As for [`Renderer::new`]; after an error the renderer is as before.
     pub fn change_layers(&mut self, settings: Settings, size: (u32, u32), aovs: Vec<Aov>) -> Result<()> {
         let options = RenderOptions { size, aovs, ..self.options.clone() };
         let desc = desc(&self.context, &self.scene, &settings, &options)?;
@@ -165,7 +168,7 @@ impl Renderer {
         fixed_plan.pop();
         fixed_plan.push(target::readback_plan(size, desc.outputs));
         self.memory.check_first(&desc, &self.frame.ground.scene.trees, &fixed_plan)?;
-        // It comes before the frame, which must not stay changed where there is no memory for it.
+        // The readback changes before the frame, which must not stay changed if the readback lacks memory.
         let other = size != self.options.size || desc.outputs != target::outputs(&self.options.aovs);
         let readback = other.then(|| Readback::new(&self.context, size, desc.outputs)).transpose()?;
         self.frame.change(&self.context, &desc)?;
@@ -177,18 +180,17 @@ impl Renderer {
         Ok(())
     }
 
-    /// The scene with lights, sky, materials (but for which textures they use) and vertices of the meshes `moved` (as
-    /// many as before) changed: what else it holds stays.
+    /// Replaces the scene by one with other lights, sky, materials (with the same textures), and other vertices of the
+    /// meshes `moved`, as many as before. Everything else of the scene is unchanged.
     ///
     /// # Errors
-    /// The device is lost, or has no room for more lights, or there are other instances, meshes or numbers of vertices
-    /// than before, or vertices have other attributes than before that shading reads, or a mesh of `moved` has a skin
-    /// or morph targets: a pose moves these.
+    /// The device is lost or has no memory for more lights; the scene has other instances, meshes, numbers of vertices,
+    /// or vertex attributes that shading reads; or a mesh of `moved` has a skin or morph targets, which a pose moves.
     pub fn change_scene(&mut self, scene: Scene, pose: &Pose, moved: &[usize]) -> Result<()> {
         scene.check()?;
         pose.check(&scene)?;
         let on_gpu = self.frame.ground.scene.clone();
-        if CornerWords::of(Features::of_scene(&scene)) != on_gpu.corner {
+        if CornerWords::of_features(Features::of_scene(&scene)) != on_gpu.corner {
             let words =
                 "a scene that changes got its first vertex colours or textures, or lost its last: make a new renderer";
             return Err(Error::Usage(words.into()));
@@ -214,20 +216,21 @@ impl Renderer {
         self.frame.change(&self.context, &desc(&self.context, &self.scene, &self.settings, &self.options)?)
     }
 
-    /// The next frame remakes lists and light though nothing changed: what a frame costs in which something moves.
+    /// Makes the next frame rebuild lists and light although nothing changed, to measure the cost of a frame with
+    /// motion.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn make_anew(&mut self) {
         self.frame.make_anew();
     }
 
-    /// With `bounces = all`: the next frame starts without the light of those before it, as the first one did.
+    /// With `bounces = all`, starts the next frame without the light of earlier frames, like the first one.
     pub fn forget_light(&mut self) {
         self.frame.light.forget();
     }
 
-    /// One frame, repeated only where buffers had to grow; without an `image`, of that pass, the light alone. A frame
-    /// that starts from nothing makes its lists first, as often as it takes until they fit: no light is made from lists
-    /// that are not whole.
+    /// Renders one frame, which is repeated only if buffers had to grow. `image` is the number of the pass, or `None`
+    /// for the light alone. A frame without earlier lists builds these first, repeatedly until they fit, because light
+    /// is never computed from incomplete lists.
     fn draw(&mut self, pose: &Pose, view: &View, image: Option<u32>) -> Result<FrameReport> {
         pose.check(&self.scene)?;
         let (mut repeats, mut listed) = (0, None);
@@ -256,7 +259,7 @@ impl Renderer {
         }
     }
 
-    /// Records the next frame, or its lists alone, and waits for it.
+    /// Records the next frame, or only its lists, and waits for it.
     fn submit(
         &mut self,
         pose: &Pose,
@@ -267,11 +270,11 @@ impl Renderer {
         let RenderOptions { submit, steps, .. } = self.options;
         let options = RecorderOptions { per_pass: submit == Submit::PerPass, steps, log: self.log.is_some() };
         let mut recorder = Recorder::new(&self.context, options)?;
-        // A log tells of a frame as a host records it: whole.
+        // The log shows a frame in one recording, like that of a host.
         if self.options.submit == Submit::Short && self.log.is_none() {
             recorder = recorder.paced(&self.pace);
         }
-        let seen = Seen { scene: &self.scene, pose, view, image };
+        let seen = Shot { scene: &self.scene, pose, view, image };
         if lists_alone {
             self.frame.record_lists(&mut recorder, 0, &seen);
         } else {
@@ -284,7 +287,7 @@ impl Renderer {
         match recorder.finish() {
             Ok(timings) => Ok((timings, log)),
             Err(error) => {
-                // A frame that was interrupted during its image had made its light before.
+                // An interruption during the image leaves light that is already complete.
                 if matches!(error, Error::Interrupted) && self.frame.light.state() != LightState::Unlit {
                     self.light_made()?;
                 } else {
@@ -295,12 +298,12 @@ impl Renderer {
         }
     }
 
-    /// Bands of rows that an image is made in, one after another, and images that [`Self::render`] takes the mean of.
+    /// The number of bands of rows in which an image is made, and the number of passes that [`Self::render`] averages.
     pub fn bands(&self) -> (u32, u32) {
         (self.frame.target.shape().bands().count() as u32, self.settings.image.passes)
     }
 
-    /// The last frame's image and the layers asked for.
+    /// Reads back the last image and its layers.
     pub fn read(&self) -> Layers {
         match &self.mean {
             Some(mean) => mean.layers(),
@@ -308,7 +311,7 @@ impl Renderer {
         }
     }
 
-    /// Memory that is allocated now, resource by resource.
+    /// The memory that is allocated now, for each resource.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn plan(&self) -> MemoryPlan {
         let mut rows = self.frame.plan(self.frame.counts(), self.settings.voxels);
@@ -316,7 +319,7 @@ impl Renderer {
         MemoryPlan { rows }
     }
 
-    /// Memory that would be allocated for images of another size.
+    /// The memory that images of another size would take.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn plan_at(&self, size: (u32, u32)) -> MemoryPlan {
         let mut rows = self.frame.plan_at(size);
@@ -325,13 +328,13 @@ impl Renderer {
         MemoryPlan { rows }
     }
 
-    /// From the next frame on, keeps what a frame records, for tests: see [`Self::log`].
+    /// Keeps a log of the commands of each later frame, for tests: see [`Self::log`].
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn keep_log(&mut self) {
         self.log.get_or_insert_default();
     }
 
-    /// Commands that the last frame recorded; `None` without [`Self::keep_log`].
+    /// The commands of the last frame; `None` without [`Self::keep_log`].
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn log(&self) -> Option<&FrameLog> {
         self.log.as_ref()
@@ -343,13 +346,13 @@ impl Renderer {
         &self.frame.ground
     }
 
-    /// The frame, with everything that it works on.
+    /// The frame with all of its resources.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn frame(&self) -> &Frame {
         &self.frame
     }
 
-    /// The settings that are rendered with.
+    /// The current settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
@@ -359,7 +362,7 @@ impl Renderer {
         self.options.size
     }
 
-    /// The scene that is rendered.
+    /// The current scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
@@ -369,14 +372,14 @@ fn pace(context: &Context, options: &RenderOptions) -> Arc<Mutex<Pace>> {
     Pace::new(context.is_cpu, options.responsive, options.watch.clone())
 }
 
-/// One frame in flight.
+/// The description of a frame with one slot.
 fn desc<'a>(
     context: &Context,
     scene: &'a Scene,
     settings: &'a Settings,
     options: &RenderOptions,
 ) -> Result<FrameDesc<'a>> {
-    let (outputs, query) = (target::outputs(&options.aovs), QueryPlan::of(context, scene, settings)?);
+    let (outputs, query) = (target::outputs(&options.aovs), QueryPlan::of_scene(context, scene, settings)?);
     let RenderOptions { size, bounds, .. } = *options;
     let desc = FrameDesc { scene, settings, size, outputs, bounds, slots: 1, query, waits: true };
     desc.check()?;

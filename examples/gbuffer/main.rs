@@ -1,10 +1,11 @@
-//! An engine that draws its own G-buffer and has twobounce light it: depth, normal, base colour, and roughness with metallic
-//! by a pipeline of this program; direct and indirect light, mirrors included, by the method that the settings name.
+//! An engine that draws its own G-buffer, which twobounce lights. A pipeline of this program draws depth, normal, base
+//! colour, roughness and metallic; twobounce adds direct and indirect light, mirrors included, by the method of the
+//! settings.
 //!
 //! `cargo run --release --example gbuffer -- SCENE.glb IMAGE.png [WxH [KEY=VALUE…]]`
 //!
-//! The scene's animation plays for some frames: what moves is drawn, lit and mirrored where it stands. The last frame becomes a
-//! PNG. With `HOST_VALIDATION=1` any message of the validation layer ends it with exit code 1.
+//! The scene's animation plays for some frames: moving objects are drawn, lit and mirrored at their place. The last
+//! frame becomes a PNG. With `HOST_VALIDATION=1` any message of the validation layer ends the program with exit code 1.
 
 #[path = "../host/gpu.rs"]
 mod gpu;
@@ -15,7 +16,7 @@ mod raster;
 use std::process::ExitCode;
 
 use twobounce::glam::{DVec3, Vec3, Vec4};
-use twobounce::host::{Aov, Context, Prepare, Prepared, Seen};
+use twobounce::host::{Aov, Context, Prepare, Prepared, Shot};
 use twobounce::scene::{Pose, Projection, Scene, View};
 use twobounce::settings::Settings;
 
@@ -23,7 +24,7 @@ use gpu::{Anything, Frame, Gpu};
 use raster::{INPUTS, Raster, SHOWN, Surface};
 
 const FRAMES: u32 = 4;
-/// Passes over the last frame, each along other rays: the picture is their mean.
+/// Passes over the last frame, each with other rays: the picture is their mean.
 const PASSES: u32 = 16;
 const SECONDS_A_FRAME: f32 = 0.25;
 
@@ -32,7 +33,7 @@ fn main() -> ExitCode {
     program::run("gbuffer", |gpu, scene, settings, size| unsafe { play(gpu, scene, settings, size) })
 }
 
-/// Draws and lights all frames, one in flight, and reads back the last: the mean of its passes.
+/// Draws and lights all frames, one in flight, and reads back the last one: the mean of its passes.
 unsafe fn play(gpu: &Gpu, scene: &Scene, settings: &Settings, size: (u32, u32)) -> Anything<Vec<[f32; 3]>> {
     unsafe {
         let context = Context::adopt(gpu.lent())?;
@@ -41,7 +42,7 @@ unsafe fn play(gpu: &Gpu, scene: &Scene, settings: &Settings, size: (u32, u32)) 
         let prepare = Prepare { slots: 1, given: true, ..Prepare::new(size, scene.bounds(animation)) };
         let mut prepared = Prepared::new(&context, scene, &first, settings, &prepare)?;
         let mut raster = Raster::new(gpu, size, scene.meshes.iter().map(|mesh| mesh.indices.len()).sum())?;
-        // Once: which of this program's images hold surfaces, and which take light.
+        // Once: state which of this program's images hold surfaces, and which receive light.
         let [depth, normal, albedo, material] = INPUTS.map(|input| raster.input(input));
         let inputs = prepared.inputs(depth, normal, albedo, Some(material))?;
         let outputs = [
@@ -58,7 +59,7 @@ unsafe fn play(gpu: &Gpu, scene: &Scene, settings: &Settings, size: (u32, u32)) 
             raster.upload(&surfaces(scene, &pose, view.eye));
             frame.begin(gpu)?;
             raster.record(gpu, frame.commands, &matrix(&view, size)?);
-            let seen = Seen { image: Some(pass), ..Seen::new(scene, &pose, &view) };
+            let seen = Shot { image: Some(pass), ..Shot::new(scene, &pose, &view) };
             prepared.record_given(frame.commands, 0, &seen, &inputs, &outputs);
             raster.record_read(gpu, frame.commands);
             frame.submit(gpu, before.replace(frame.done))?;
@@ -81,7 +82,7 @@ unsafe fn play(gpu: &Gpu, scene: &Scene, settings: &Settings, size: (u32, u32)) 
     }
 }
 
-/// Three surfaces for each triangle, about the eye: this engine has no textures.
+/// Three vertices for each triangle, relative to the eye: this engine has no textures.
 fn surfaces(scene: &Scene, pose: &Pose, eye: DVec3) -> Vec<Surface> {
     let mut surfaces = Vec::new();
     for (instance, place) in scene.instances.iter().zip(&pose.world_from_instance) {
@@ -103,7 +104,7 @@ fn surfaces(scene: &Scene, pose: &Pose, eye: DVec3) -> Vec<Surface> {
     surfaces
 }
 
-/// Rows of the matrix from places about the eye to x · depth, y · depth (down) and the depth along the view.
+/// Rows of the matrix from positions relative to the eye to x · depth, y · depth (down) and the depth along the view.
 fn matrix(view: &View, (width, height): (u32, u32)) -> Anything<[Vec4; 3]> {
     let Projection::Perspective { fov, .. } = view.projection else {
         return Err("this engine draws perspective cameras alone".into());

@@ -1,4 +1,4 @@
-//! The raster pipeline that any engine has: it draws triangles into the images of a G-buffer; images are read back.
+//! The raster pipeline of a typical engine: it draws triangles into the images of a G-buffer, and reads images back.
 
 use twobounce::ash::vk;
 use twobounce::glam::Vec4;
@@ -8,11 +8,12 @@ use twobounce::host::{HostImage, ImageUse};
 
 use super::gpu::{Anything, Gpu, image_bytes, radiance};
 
-/// A half is too coarse to start rays from.
+/// A half is too coarse for the start of rays.
 pub const DEPTH: vk::Format = vk::Format::R32_SFLOAT;
 const HALF: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 const FLOAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
-/// Depth, normal, albedo, material, emission: drawn. Direct and indirect light: of twobounce. The last tells what is in front.
+/// Depth, normal, albedo, material and emission are drawn here; twobounce writes direct and indirect light. The last
+/// image is the depth buffer.
 const FORMATS: [vk::Format; 8] = [DEPTH, HALF, HALF, HALF, FLOAT, FLOAT, FLOAT, vk::Format::D32_SFLOAT];
 const DRAWN: usize = 5;
 /// The images that twobounce reads.
@@ -20,7 +21,7 @@ pub const INPUTS: [usize; 4] = [0, 1, 2, 3];
 /// The images whose sum is shown.
 pub const SHOWN: [usize; 3] = [4, 5, 6];
 
-/// A corner of a triangle, as the vertex shader takes it.
+/// A corner of a triangle, in the vertex shader's input format.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Surface {
@@ -44,7 +45,7 @@ layout(location = 3) out vec3 to_emitted;
 layout(push_constant) uniform Push { vec4 rows[3]; };
 void main() {
     float depth = dot(rows[2].xyz, position);
-    // Reversed: 1 near the eye, 0 far off.
+    // Reversed depth: 1 near the eye, 0 at infinity.
     gl_Position = vec4(dot(rows[0].xyz, position), dot(rows[1].xyz, position), 0.01, depth);
     normal_depth = vec4(dot(normal, position) > 0.0 ? -normal : normal, depth);
     to_albedo = albedo;
@@ -100,7 +101,7 @@ impl Raster {
         }
     }
 
-    /// An image that was drawn, for twobounce to read.
+    /// An image that is drawn here, and that twobounce reads.
     pub fn input(&self, image: usize) -> HostImage {
         let stages = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
         let access = vk::AccessFlags2::COLOR_ATTACHMENT_WRITE;
@@ -108,7 +109,7 @@ impl Raster {
         self.host_image(image, drawn, drawn)
     }
 
-    /// An image for twobounce to write, that is copied after it.
+    /// An image that twobounce writes, and that is copied afterwards.
     pub fn output(&self, image: usize) -> HostImage {
         let stages = vk::PipelineStageFlags2::COPY;
         let before = ImageUse { stages, access: vk::AccessFlags2::NONE, layout: vk::ImageLayout::UNDEFINED };
@@ -131,7 +132,7 @@ impl Raster {
         self.corners = surfaces.len() as u32;
     }
 
-    /// Draws the surfaces. `rows`: of the matrix from places about the eye to x, y (down) and depth.
+    /// Draws the surfaces. `rows`: the rows of the matrix from positions relative to the eye to x, y (down) and depth.
     pub unsafe fn record(&self, gpu: &Gpu, commands: vk::CommandBuffer, rows: &[Vec4; 3]) {
         let extent = vk::Extent2D { width: self.size.0, height: self.size.1 };
         let colors: Vec<_> = self.images[..DRAWN].iter().map(|(_, view, _)| cleared(*view)).collect();
@@ -155,7 +156,7 @@ impl Raster {
         }
     }
 
-    /// Makes the images ready to be drawn to: their content is not needed any more.
+    /// Prepares the images for drawing, which discards their content.
     unsafe fn discard(&self, gpu: &Gpu, commands: vk::CommandBuffer) {
         let all = vk::PipelineStageFlags2::ALL_COMMANDS;
         let drawn = FORMATS.iter().zip(&self.images).enumerate().filter(|(i, _)| !SHOWN[1..].contains(i));
@@ -174,7 +175,7 @@ impl Raster {
         unsafe { gpu.device.cmd_pipeline_barrier2(commands, &barriers) };
     }
 
-    /// Copies emission and light to where the CPU reads them.
+    /// Copies emission and light to a buffer that the CPU reads.
     pub unsafe fn record_read(&self, gpu: &Gpu, commands: vk::CommandBuffer) {
         let images = SHOWN.map(|image| self.images[image].0);
         let emission = [vk::ImageMemoryBarrier2::default()
@@ -193,7 +194,7 @@ impl Raster {
         }
     }
 
-    /// Linear radiance, rows from the top, once the device is idle.
+    /// Linear radiance, rows from the top, when the device is idle.
     pub fn pixels(&self) -> Vec<[f32; 3]> {
         radiance(&self.read.1, SHOWN.len(), self.size)
     }
@@ -217,7 +218,7 @@ impl Raster {
     }
 }
 
-/// A depth of 0 tells twobounce that nothing is there.
+/// A depth of 0 tells twobounce that the pixel has no surface.
 fn cleared(view: vk::ImageView) -> vk::RenderingAttachmentInfo<'static> {
     vk::RenderingAttachmentInfo::default()
         .image_view(view)

@@ -1,4 +1,4 @@
-//! Vulkan objects that any program has: instance, device, queue, memory, and the frames in flight.
+//! Vulkan objects of a typical program: instance, device, queue, memory, and the frames in flight.
 
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex};
@@ -24,7 +24,7 @@ pub struct Gpu {
     pub device: ash::Device,
     family: u32,
     queue: Arc<Mutex<vk::Queue>>,
-    /// One for this program's memory and twobounce's.
+    /// One allocator for this program's memory and twobounce's.
     allocator: Arc<Mutex<Allocator>>,
     instance_extensions: Vec<&'static CStr>,
     device_extensions: Vec<&'static CStr>,
@@ -89,7 +89,7 @@ impl Gpu {
         }
     }
 
-    /// The Vulkan objects that twobounce is lent, and the features and extensions that were enabled.
+    /// The Vulkan objects that this program lends to twobounce, and the enabled features and extensions.
     pub fn lent(&self) -> HostDevice<'_> {
         HostDevice {
             instance: self.instance.clone(),
@@ -106,7 +106,7 @@ impl Gpu {
         }
     }
 
-    /// Memory of this program, from the allocator that it shares.
+    /// Memory of this program, from the shared allocator.
     pub fn memory(
         &self,
         name: &str,
@@ -159,7 +159,8 @@ impl Gpu {
         }
     }
 
-    /// Copies images of that size, in layout `TRANSFER_SRC_OPTIMAL`, one after another into a buffer that the CPU reads.
+    /// Copies images of that size, in layout `TRANSFER_SRC_OPTIMAL`, one after another into a buffer that the CPU
+    /// reads.
     pub unsafe fn copy_to_cpu(
         &self,
         commands: vk::CommandBuffer,
@@ -190,7 +191,7 @@ impl Gpu {
         self.allocator.lock().expect("no panic").free(memory).expect("this program's memory");
     }
 
-    /// Returns how many messages the validation layer had.
+    /// Returns the number of the validation layer's messages.
     pub unsafe fn close(self) -> usize {
         unsafe {
             let _ = self.device.device_wait_idle();
@@ -211,7 +212,8 @@ pub fn image_bytes((width, height): (u32, u32)) -> u64 {
     u64::from(width) * u64::from(height) * 16
 }
 
-/// Linear radiance, rows from the top: the sum of `images` images that [`Gpu::copy_to_cpu`] copied, once the device is idle.
+/// Linear radiance, rows from the top: the sum of `images` images that [`Gpu::copy_to_cpu`] copied, when the device is
+/// idle.
 pub fn radiance(memory: &Allocation, images: usize, size: (u32, u32)) -> Vec<[f32; 3]> {
     let (bytes, each) = (memory.mapped_slice().expect("memory for the CPU"), image_bytes(size) as usize);
     let number = |at: usize| f32::from_ne_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
@@ -223,9 +225,9 @@ pub fn radiance(memory: &Allocation, images: usize, size: (u32, u32)) -> Vec<[f3
 pub struct Frame {
     pool: vk::CommandPool,
     pub commands: vk::CommandBuffer,
-    /// For the CPU.
+    /// Signalled for the CPU.
     fence: vk::Fence,
-    /// For the frame after it.
+    /// Signalled for the next frame.
     pub done: vk::Semaphore,
 }
 
@@ -243,7 +245,7 @@ impl Frame {
         }
     }
 
-    /// Until the device is done with what was submitted last, if anything was.
+    /// Waits until the device has finished the last submission, if there is one.
     pub unsafe fn wait(&self, gpu: &Gpu) -> Anything<()> {
         Ok(unsafe { gpu.device.wait_for_fences(&[self.fence], true, u64::MAX) }?)
     }
@@ -302,7 +304,7 @@ unsafe extern "system" fn on_message(
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     count: *mut c_void,
 ) -> vk::Bool32 {
-    // SAFETY: the layer passes valid data, and `count` is what the messenger was made with.
+    // SAFETY: the layer passes valid data, and `count` is the pointer that the messenger was made with.
     let (text, count) = unsafe { ((*data).message_as_c_str(), &*count.cast::<Mutex<usize>>()) };
     eprintln!("{}", text.unwrap_or_default().to_string_lossy());
     *count.lock().expect("no panic") += 1;

@@ -1,9 +1,10 @@
-//! A Vulkan program of its own that has twobounce light a scene: its instance, device, queue, command buffers and images, two
-//! frames in flight. The camera travels for some frames; the last one becomes a PNG.
+//! A Vulkan program in which twobounce lights a scene: its own instance, device, queue, command buffers and images,
+//! with two frames in flight. The camera travels for some frames; the last one becomes a PNG.
 //!
 //! `cargo run --release --example host -- SCENE.glb IMAGE.png [WxH [KEY=VALUE…]]`
 //!
-//! With `HOST_VALIDATION=1` the Khronos validation layer watches, synchronisation too, and any message ends it with exit code 1.
+//! With `HOST_VALIDATION=1` the Khronos validation layer checks all calls, synchronisation too, and any message ends
+//! the program with exit code 1.
 
 mod gpu;
 mod program;
@@ -13,7 +14,7 @@ use std::process::ExitCode;
 use twobounce::ash::vk;
 use twobounce::gpu_allocator::MemoryLocation;
 use twobounce::gpu_allocator::vulkan::Allocation;
-use twobounce::host::{Aov, Context, HostImage, ImageUse, Output, Prepare, Prepared, Seen};
+use twobounce::host::{Aov, Context, HostImage, ImageUse, Output, Prepare, Prepared, Shot};
 use twobounce::scene::{Pose, Scene, View};
 use twobounce::settings::Settings;
 
@@ -21,8 +22,8 @@ use gpu::{Anything, Frame, Gpu, image_bytes, radiance};
 
 const FRAMES: usize = 5;
 const IN_FLIGHT: usize = 2;
-/// Format that this program reads back: exact radiance. A program with a window would take `R16G16B16A16_SFLOAT`, or
-/// half as much.
+/// The format that this program reads back: exact radiance. A program with a window would use `R16G16B16A16_SFLOAT`, or
+/// a smaller format.
 const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 
 fn main() -> ExitCode {
@@ -30,10 +31,10 @@ fn main() -> ExitCode {
     program::run("host", |gpu, scene, settings, size| unsafe { travel(gpu, scene, settings, size) })
 }
 
-/// Renders all frames, two in flight, and reads back the last.
+/// Renders all frames, two in flight, and reads back the last one.
 unsafe fn travel(gpu: &Gpu, scene: &Scene, settings: &Settings, size: (u32, u32)) -> Anything<Vec<[f32; 3]>> {
     unsafe {
-        // Once: lend the device, prepare the scene, say where radiance goes.
+        // Once: lend the device, prepare the scene, name the image for the radiance.
         let context = Context::adopt(gpu.lent())?;
         let pose = scene.pose(None, 0.0);
         let prepare = Prepare { slots: IN_FLIGHT, ..Prepare::new(size, scene.bounds(None)) };
@@ -45,21 +46,21 @@ unsafe fn travel(gpu: &Gpu, scene: &Scene, settings: &Settings, size: (u32, u32)
             let slot = number % IN_FLIGHT;
             frames[slot].wait(gpu)?; // for the frame before the last one; the last one is still being rendered
             grow(gpu, &mut prepared, slot)?;
-            // Both frames use the target, so each starts when the one before is done.
+            // Both frames use the target, so each starts when the one before has finished.
             let before = (number > 0).then(|| frames[(number - 1) % IN_FLIGHT].done);
             let view = camera(scene, &pose, number);
             frames[slot].begin(gpu)?;
-            prepared.record(frames[slot].commands, slot, &Seen::new(scene, &pose, &view), &outputs);
+            prepared.record(frames[slot].commands, slot, &Shot::new(scene, &pose, &view), &outputs);
             target.record_read(gpu, frames[slot].commands);
             frames[slot].submit(gpu, before)?;
         }
-        // The picture that is kept must be whole. A program with a window would grow before its next frame.
+        // The kept picture must be complete. A program with a window would grow the lists before its next frame.
         let last = (FRAMES - 1) % IN_FLIGHT;
         let view = camera(scene, &pose, FRAMES - 1);
         gpu.device.device_wait_idle()?;
         while grow(gpu, &mut prepared, last)? {
             frames[last].begin(gpu)?;
-            prepared.record(frames[last].commands, last, &Seen::new(scene, &pose, &view), &outputs);
+            prepared.record(frames[last].commands, last, &Shot::new(scene, &pose, &view), &outputs);
             target.record_read(gpu, frames[last].commands);
             frames[last].submit(gpu, Some(frames[last].done))?;
             gpu.device.device_wait_idle()?;
@@ -72,7 +73,7 @@ unsafe fn travel(gpu: &Gpu, scene: &Scene, settings: &Settings, size: (u32, u32)
     }
 }
 
-/// Makes what was too small larger, where the frame over `slot` was not whole.
+/// Enlarges lists that were too small, if the frame over `slot` was incomplete.
 unsafe fn grow(gpu: &Gpu, prepared: &mut Prepared, slot: usize) -> Anything<bool> {
     let Some(growth) = (unsafe { prepared.poll(slot) }) else { return Ok(false) };
     unsafe {
@@ -89,7 +90,7 @@ fn camera(scene: &Scene, pose: &Pose, number: usize) -> View {
     View { eye: end.eye - end.forward * back, ..end }
 }
 
-/// The image that radiance goes to, and a buffer that the CPU reads it from.
+/// The image for the radiance, and a buffer through which the CPU reads it.
 struct Target {
     image: (vk::Image, Allocation),
     buffer: (vk::Buffer, Allocation),
@@ -107,7 +108,7 @@ impl Target {
         }
     }
 
-    /// Uses of the image by this program before and after each recording.
+    /// The state of the image before and after each recording, by its uses in this program.
     fn output(&self, prepared: &Prepared) -> Anything<Output> {
         let before = ImageUse {
             stages: vk::PipelineStageFlags2::COPY,
@@ -124,12 +125,12 @@ impl Target {
         Ok(prepared.output(Aov::Beauty, image)?)
     }
 
-    /// This program's own commands after twobounce's. The image is in the layout that was asked for.
+    /// This program's own commands after twobounce's. The image is in the requested layout.
     unsafe fn record_read(&self, gpu: &Gpu, commands: vk::CommandBuffer) {
         unsafe { gpu.copy_to_cpu(commands, &[self.image.0], self.size, self.buffer.0) };
     }
 
-    /// Linear radiance, rows from the top, once the device is idle.
+    /// Linear radiance, rows from the top, when the device is idle.
     fn pixels(&self) -> Vec<[f32; 3]> {
         radiance(&self.buffer.1, 1, self.size)
     }

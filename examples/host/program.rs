@@ -1,4 +1,4 @@
-//! The part of an example that knows nothing of Vulkan: arguments in, a picture out.
+//! The part of an example without Vulkan: it reads the arguments and writes the picture.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -10,8 +10,9 @@ use twobounce::settings::Settings;
 
 use super::gpu::{Anything, Gpu};
 
-/// Reads the arguments `SCENE.glb IMAGE.png [WxH [KEY=VALUE…]]`, opens a device, and writes the radiance that `make` gives for
-/// scene, settings and size. With `HOST_VALIDATION=1` the validation layer watches; any message then ends it with exit code 1.
+/// Reads the arguments `SCENE.glb IMAGE.png [WxH [KEY=VALUE…]]`, opens a device, and writes the radiance that `make`
+/// returns for a scene, settings and a size. With `HOST_VALIDATION=1` the validation layer checks all calls; any
+/// message then ends the program with exit code 1.
 pub fn run(name: &str, make: impl FnOnce(&Gpu, &Scene, &Settings, (u32, u32)) -> Anything<Vec<[f32; 3]>>) -> ExitCode {
     match write(name, make) {
         Ok(0) => ExitCode::SUCCESS,
@@ -26,7 +27,7 @@ pub fn run(name: &str, make: impl FnOnce(&Gpu, &Scene, &Settings, (u32, u32)) ->
     }
 }
 
-/// Returns how many messages the validation layer had.
+/// Returns the number of the validation layer's messages.
 fn write(
     name: &str,
     make: impl FnOnce(&Gpu, &Scene, &Settings, (u32, u32)) -> Anything<Vec<[f32; 3]>>,
@@ -41,7 +42,7 @@ fn write(
     let mut settings = Settings::fast();
     args.try_for_each(|assignment| settings.set(&assignment))?;
     let scene = Scene::open(path)?;
-    // SAFETY: `make` leaves the device idle, and has destroyed what it made with it.
+    // SAFETY: `make` leaves the device idle, and has destroyed its objects.
     let (pixels, messages) = unsafe {
         let gpu = Gpu::new(std::env::var_os("HOST_VALIDATION").is_some())?;
         let pixels = make(&gpu, &scene, &settings, size)?;

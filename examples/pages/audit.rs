@@ -1,5 +1,5 @@
-//! The passes, pipelines and bytes of a frame, and those that no pass asks for, for scenes of different kinds. Then the pipelines and
-//! bytes that one more thing in the first scene adds to its frame.
+//! The passes, pipelines and bytes of a frame, and those that no pass uses, for scenes of different kinds. Then the
+//! pipelines and bytes that one further object in the first scene adds to its frame.
 
 use std::path::PathBuf;
 
@@ -63,7 +63,7 @@ fn audit(specimen: &Specimen, preset: &str) -> Result<Audit> {
     if preset == "none" {
         settings.set("method=none")?;
     }
-    // A device of its own, so that every pipeline is counted.
+    // A new device, so that every pipeline is counted.
     let context = Context::new(&ContextOptions::default())?;
-    Audit::of(&context, specimen.still(), &settings, specimen.options((64, 64)))
+    Audit::of_frame(&context, specimen.still(), &settings, specimen.options((64, 64)))
 }

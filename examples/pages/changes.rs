@@ -12,7 +12,7 @@ use twobounce::scene::{Pose, Scene, View};
 use twobounce::settings::Settings;
 use twobounce::vk::{Context, ContextOptions};
 
-/// Each change is made this often; the table has medians.
+/// Each change is made this many times; the table has medians.
 const TIMES: usize = 5;
 const SIZE: (u32, u32) = (256, 256);
 
@@ -105,6 +105,6 @@ fn measured(
         renderer.render(&pose, &view)?;
         times[1].push(ms(started));
     }
-    let [change, frame] = times.map(|times| Spread::of(times[2..].iter().copied()).median);
+    let [change, frame] = times.map(|times| Spread::of_values(times[2..].iter().copied()).median);
     Ok([name.to_owned(), format!("{change:.1}"), format!("{frame:.0}")])
 }

@@ -1,5 +1,5 @@
-//! The table of `docs/devices.md`: what runs on devices that documents describe. `cargo run --release --example pages -- devices` writes it,
-//! and a test compares it.
+//! The table of `docs/devices.md`: the presets that run on devices known from documents. `cargo run --release --example
+//! pages -- devices` writes it, and a test compares it.
 
 use std::fs;
 use std::path::Path;
@@ -12,7 +12,7 @@ use twobounce::settings::{PRESETS, Settings};
 use twobounce::vk::{Described, DeviceReport};
 use twobounce::{Error, Result};
 
-/// Where the descriptions are, from the project's root.
+/// The folder of the descriptions, from the project's root.
 pub const PROFILES: &str = "tests/profiles";
 const SCENE: &str = "assets/gallery.glb";
 const SIZE: (u32, u32) = (1280, 720);
@@ -20,7 +20,7 @@ const SIZE: (u32, u32) = (1280, 720);
 /// Every description, in the order of their names.
 ///
 /// # Errors
-/// A sentence about a file that is none.
+/// A message about a file that is not a description.
 pub fn described(root: &Path) -> Result<Vec<Described>> {
     let folder = root.join(PROFILES);
     let entries = fs::read_dir(&folder).map_err(|error| Error::file(&folder, error.to_string()))?;
@@ -36,7 +36,7 @@ pub fn described(root: &Path) -> Result<Vec<Described>> {
 /// The table of that name.
 ///
 /// # Errors
-/// A sentence about a description, or about a name that no table has.
+/// A message about a description, or about a name that no table has.
 pub fn table(name: &str, root: &Path) -> Result<String> {
     let described = described(root)?;
     match name {
@@ -73,7 +73,7 @@ fn runs(device: &DeviceReport) -> String {
     names(&run.map(|preset| preset.name).collect::<Vec<_>>())
 }
 
-/// Each thing that is missing, with the presets that need it.
+/// Each missing requirement, with the presets that need it.
 fn missing(device: &DeviceReport) -> String {
     let mut needed: Vec<(String, Vec<&str>)> = vec![];
     for preset in PRESETS {

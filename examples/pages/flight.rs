@@ -1,8 +1,9 @@
-//! A camera's flight through a still scene: what changes from frame to frame beyond what the path tracer's frames change, over the
-//! reference's mean, and over the worst hundredth of the pixels. `docs/notes/study/rooms/README.md` says what was found.
+//! A camera's flight through a still scene: the change from frame to frame beyond the change of the path tracer's
+//! frames, over the reference's mean, and over the worst hundredth of the pixels. `docs/notes/study/rooms/README.md`
+//! has the results.
 //!
-//! CSV, a line for each compared pair of frames. All frames are rendered, one after the other; each K-th and the one after it are
-//! compared.
+//! The output is CSV, a line for each compared pair of frames. All frames are rendered, one after the other; each K-th
+//! one and the next are compared.
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -10,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 use clap::Args;
 use glam::DVec3;
 use twobounce::chart::measure::same_depth;
-use twobounce::ground::clearance::for_camera;
+use twobounce::ground::grid_choice::for_camera;
 use twobounce::lab::specimen::Specimen;
 use twobounce::layers::Layers;
 use twobounce::measure::refuse_invalid;
@@ -37,7 +38,7 @@ pub struct Flight {
     every: u32,
     #[arg(long, default_value_t = 256)]
     samples: u32,
-    /// An eye and what it looks at, X,Y,Z:X,Y,Z; given twice or more, with straight lines between them
+    /// An eye and its target, X,Y,Z:X,Y,Z; given twice or more, with straight lines between them
     #[arg(long, required = true, allow_hyphen_values = true, value_parser = eye_and_target)]
     way: Vec<(DVec3, DVec3)>,
 }
@@ -90,7 +91,7 @@ impl Flight {
                 let both = [0, 1].map(|i| mean(&one[i], &other[i]));
                 let frames = [before, image.clone()];
                 let (all, worst) = excess(&frames, &both)?;
-                // Half the difference of two has the error's distribution of their mean.
+                // Half the difference of two independent images is distributed like the error of their mean.
                 let (noise, worst_noise) = excess(&one, &other)?;
                 let still = [both[0].clone(), both[0].clone()];
                 let (change, _) = excess(&frames, &still)?;

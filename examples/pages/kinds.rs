@@ -1,4 +1,4 @@
-//! Scenes of different kinds, made of one: what each has beside a plain box with a point light.
+//! Scenes of different kinds, made of one: each adds one feature to a plain box with a point light.
 
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 use twobounce::scene::sky::Panorama;
@@ -7,7 +7,7 @@ use twobounce::scene::{Alpha, LightKind, Material, Mesh, Scene};
 /// Pixels along a map of the sky.
 const WIDTH: usize = 32;
 
-/// Such scenes, each named after what it has.
+/// These scenes, each named after its feature.
 pub fn kinds(plain: &Scene) -> Vec<Scene> {
     let with = |name: &str, change: &dyn Fn(&mut Scene)| {
         let mut scene = Scene { name: name.to_owned(), ..plain.clone() };

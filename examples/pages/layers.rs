@@ -1,4 +1,4 @@
-//! Layered draws against dispatches that do the same work, per pass.
+//! Layered draws against dispatches of equal work, per pass.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ use twobounce::{Error, Result};
 const ROUNDS: usize = 9;
 /// Threads of a workgroup: a tile of a slice, and a cube.
 const SHAPES: [[u32; 3]; 2] = [[8, 8, 1], [4, 4, 4]];
-/// The constants that say so (`glsl/gi/cones/measured/`).
+/// The constants for these sizes (`glsl/gi/cones/measured/`).
 const SHAPE: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
 pub fn run() -> Result<()> {
@@ -43,7 +43,7 @@ pub fn run() -> Result<()> {
     Ok(())
 }
 
-/// The sections of all drivers, with that of one of them anew.
+/// The sections of all drivers; that of this one is written again.
 fn with_section(before: &str, section: &str) -> String {
     let heading = section.lines().next();
     let mut sections: Vec<&str> = before.split("\n\n## ").map(|section| section.trim_start_matches("## ")).collect();
@@ -56,17 +56,18 @@ fn with_section(before: &str, section: &str) -> String {
 }
 
 /// A pass in all of its forms, round by round: the draw, then a dispatch per shape.
-pub struct Measured {
+pub struct MeasuredPass {
     pass: &'static str,
-    /// Draws or dispatches that one timing counts.
+    /// Draws or dispatches in one timing.
     times: u32,
     rounds: Vec<Vec<ZoneTiming>>,
 }
 
-impl Measured {
+impl MeasuredPass {
     fn row(&self, scene: &str) -> Vec<String> {
-        let median =
-            |number: &dyn Fn(&[ZoneTiming]) -> f64| Spread::of(self.rounds.iter().map(|round| number(round))).median;
+        let median = |number: &dyn Fn(&[ZoneTiming]) -> f64| {
+            Spread::of_values(self.rounds.iter().map(|round| number(round))).median
+        };
         let cpu = |zone: &ZoneTiming| zone.cpu_ms.unwrap_or(f64::NAN);
         let ms = |form: usize| format!("{:.1}", median(&|r| cpu(&r[form]) / f64::from(self.times)));
         let cpu_ratio = |form: usize| format!("{:.2}", median(&|r| cpu(&r[0]) / cpu(&r[form])));
@@ -89,20 +90,20 @@ struct Pass<'a> {
     mips: bool,
 }
 
-/// Runs every pass in all forms, and holds that they fill volumes with the same bits.
+/// Runs every pass in all forms, and checks that they fill volumes with equal bits.
 ///
 /// # Errors
-/// They do not, or the device is lost.
+/// The bits differ, or the device is lost.
 pub fn measure(
     context: &Arc<Context>,
     specimen: Specimen,
     settings: &Settings,
     rounds: usize,
-) -> Result<Vec<Measured>> {
+) -> Result<Vec<MeasuredPass>> {
     let mut renderer = specimen.renderer(context, settings, specimen.options((16, 16)))?;
     renderer.render(&specimen.pose, &specimen.view)?;
     let frame = renderer.frame();
-    let shading = with(constants(settings, Features::of(&specimen.scene, settings)), frame.method.constants());
+    let shading = with(constants(settings, Features::of_settings(&specimen.scene, settings)), frame.method.constants());
     let unshadowed = with(shading.clone(), &[("SHADOWS", Shadows::None.into())]);
     let passes = [
         ("shade 1", "gi/cones/shade.frag", "gi/cones/measured/shade.comp", &unshadowed),
@@ -116,13 +117,13 @@ pub fn measure(
         constants,
         mips: name == "mips",
     });
-    // One volume per form: what shade 2 leaves in them, mips sum up.
+    // One volume per form: the mips read the result of shade 2.
     let volume = |_| LightVolume::new(context, FACE_VOLUME, 0, settings.voxels);
     let volumes = (0..3).map(volume).collect::<Result<Vec<_>>>()?;
     let look_up = frame.method.binds(&frame.ground);
     let run = |pass: &Pass| {
         let forms = pass.forms(context, settings)?;
-        let mut measured = Measured { pass: pass.name, times: pass.times(), rounds: Vec::new() };
+        let mut measured = MeasuredPass { pass: pass.name, times: pass.times(), rounds: Vec::new() };
         for round in 0..=rounds {
             let times = forms.iter().zip(&volumes).map(|(form, volume)| {
                 let mut recorder =
@@ -155,7 +156,7 @@ enum Form {
 }
 
 impl Pass<'_> {
-    /// How often it is run at once: mips are over too soon for a clock.
+    /// Runs per timing: mips are too short for one clock reading.
     fn times(&self) -> u32 {
         if self.mips { 10 } else { 1 }
     }

@@ -1,5 +1,5 @@
-//! Measures the numbers of pages in `docs/`, and makes their pictures. Each page names its command:
-//! `cargo run --release --example pages -- COMMAND`.
+//! Measures the numbers of pages in `docs/`, and renders their pictures. Each page names its command: `cargo run
+//! --release --example pages -- COMMAND`.
 
 mod audit;
 mod changes;
@@ -26,19 +26,19 @@ use twobounce::stability::markdown::summary;
 #[derive(Parser)]
 #[command(about = "Measures the numbers of pages in docs/, and makes their pictures")]
 enum Page {
-    /// Prints for docs/notes/plan.md what frames of scenes of different kinds do, take, and do without being asked
+    /// Prints for docs/notes/plan.md the passes and bytes of frames of different scenes, with those that no pass uses
     Audit {
         #[arg(default_values = ["assets/cornell-point.glb", "assets/gallery.glb", "assets/demo.glb"])]
         scenes: Vec<PathBuf>,
     },
-    /// Prints for docs/notes/costs.md what each change of a renderer costs: the change itself, and the next frame
+    /// Prints for docs/notes/costs.md the cost of each change of a renderer: the change itself, and the next frame
     Changes {
         #[arg(default_value = "assets/gallery.glb")]
         scene: PathBuf,
     },
     /// Fills the tables of docs/devices.md
     Devices,
-    /// Prints for docs/notes/study/rooms/README.md what changes from frame to frame in a camera's flight
+    /// Prints for docs/notes/study/rooms/README.md the change from frame to frame in a camera's flight
     Flight(flight::Flight),
     /// Fills the section of this driver in docs/notes/layers.md
     Layers,
@@ -53,10 +53,10 @@ enum Page {
     /// Prints for docs/notes/noise.md stability cases with changed settings
     Noise(noise::Noise),
     /// Prints for docs/notes/noise.md random scenes against the path tracer
-    Random(noise::Random),
+    Random(noise::RandomScenes),
     /// Prints the table of docs/notes/plan.md
     Plan(plan::Plan),
-    /// Prints for docs/notes/costs.md what a tree that is only refitted costs rays
+    /// Prints for docs/notes/costs.md the further steps of rays in a tree that was only refitted
     Refit { scenes: Vec<PathBuf> },
     /// Fills the tables of docs/stability.md from docs/stability-rows.csv
     Stability,
@@ -66,7 +66,7 @@ enum Page {
         #[arg(value_delimiter = ',', default_values = tables::CHOSEN)]
         presets: Vec<String>,
     },
-    /// Makes the pictures of docs/notes/talk.md, and fills its table of times
+    /// Renders the pictures of docs/notes/talk.md, and fills its table of times
     Talk {
         #[arg(long)]
         keep_times: bool,

@@ -1,4 +1,5 @@
-//! How well the renderer carries clearcoat, sheen, anisotropy, iridescence, diffuse transmission and dispersion.
+//! The error of the renderer's approximation of clearcoat, sheen, anisotropy, iridescence, diffuse transmission and
+//! dispersion.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,14 +21,14 @@ use twobounce::{Error, Result};
 
 const SIZE: u32 = 96;
 const SAMPLES: u32 = 192;
-/// Of what is measured: no other surface has it, so the albedo layer tells its pixels.
+/// The albedo of the measured material: no other surface has it, so the albedo layer tells its pixels.
 const BASE: Vec3 = Vec3::new(0.7, 0.4, 0.25);
 
-/// Where the table begins in the page.
+/// The start of the table in the page.
 pub const HEADING: &str = "\n## Numbers\n";
 
-/// Writes the table of the page. `folder`: for the pictures behind the numbers; `chosen`: the beginning of the names of scenes that are
-/// measured, whereas the other lines stay as they are.
+/// Writes the table of the page. `folder`: for the pictures behind the numbers; `chosen`: the start of the names of
+/// scenes to measure; the other lines stay.
 pub fn run(folder: Option<PathBuf>, chosen: &str) -> Result<()> {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/materials.md");
     let before = std::fs::read_to_string(&page).map_err(|e| Error::file(&page, e.to_string()))?;
@@ -70,7 +71,7 @@ fn albedo(layers: &Layers) -> Vec<Vec3> {
     layers.get(Aov::Albedo).expect("the layer").iter().map(|&p| Vec3::from(p)).collect()
 }
 
-/// A scene as the page shows it.
+/// A scene as the page names it.
 fn specimen(scene: &Scene) -> Specimen {
     let view = View::look_at(DVec3::new(0.0, 0.1, 3.3), DVec3::new(0.0, -0.1, 0.0), DVec3::Y, 40f32.to_radians());
     Specimen { view, ..Specimen::new(scene.clone()) }
@@ -87,7 +88,7 @@ pub fn traced(scene: &Scene, size: u32, samples: u32) -> Result<Layers> {
     Ok(film.layers(&[Aov::Albedo]))
 }
 
-/// A room with two of each, the second of another parameter.
+/// A room with two objects of each material, the second with another parameter.
 pub fn scenes() -> Vec<Scene> {
     let plastic = Material { specular: 1.0, roughness: 0.6, ..Material::lambert("base", BASE) };
     let metal = Material { metallic: 1.0, ..plastic.clone() };
@@ -167,7 +168,7 @@ fn room(name: &str, materials: [Material; 2], sheets: bool) -> Scene {
     scene
 }
 
-/// With tangents along its circles of latitude.
+/// A sphere with tangents along its circles of latitude.
 fn ball(material: usize, radius: f32) -> Mesh {
     const RINGS: u32 = 48;
     let mut mesh = Mesh { name: "ball".into(), material, ..Mesh::default() };

@@ -1,4 +1,5 @@
-//! Whether the distances of `docs/notes/stability.md` from ideals are noise of few rays, which falls with more, or stay.
+//! Tells whether the distances from ideals in `docs/notes/stability.md` are noise of few rays, which falls with more
+//! rays, or bias.
 
 use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
@@ -17,7 +18,7 @@ use twobounce::settings::Settings;
 use twobounce::stability::case::{Case, Place};
 use twobounce::stability::cell::{Cell, Effort, settings};
 use twobounce::stability::row::Measured;
-use twobounce::stability::stage::{Stage, Studio};
+use twobounce::stability::stage::{CaseRenderer, Stage};
 use twobounce::stability::{SIZE, cases, random};
 use twobounce::vk::{Context, ContextOptions};
 
@@ -39,7 +40,7 @@ fn case(name: &str) -> std::result::Result<&'static Case, &'static str> {
     cases::named(name).ok_or("there is no such case")
 }
 
-/// Makes a cell of these settings.
+/// Measures a cell with these settings.
 fn with_cell<T>(settings: Settings, effort: Effort, run: impl FnOnce(&Cell) -> Result<T>) -> Result<T> {
     let (context, cancel) = (Context::new(&ContextOptions::default())?, AtomicBool::new(false));
     let (context, cache, cancel) = (&context, &Cache::of_user(), &cancel);
@@ -54,9 +55,9 @@ impl Noise {
             let number = |case: &Case, changes: &String| {
                 let changed = changes.split(',').filter(|change| !change.is_empty());
                 let cell = changed.clone().try_fold(cell.clone(), |cell, change| cell.with(change))?;
-                let (measured, _) = Measured::of(case, &case.run(&cell)?, &[], 0.0);
+                let (measured, _) = Measured::of_samples(case, &case.run(&cell)?, &[], 0.0);
                 let Spread { min, median, max } = measured.number;
-                Ok(case.words(median, min, max))
+                Ok(case.numbers_in_words(median, min, max))
             };
             let row = |case: &&Case| {
                 let numbers = self.changes.iter().map(|changes| number(case, changes));
@@ -70,11 +71,11 @@ impl Noise {
     }
 }
 
-/// Prints CSV about random scenes, a line per scene: what a preset's image has of the truth's light, in standard deviations of both. Each
-/// scene is shot at several places in the grid; their spread is the preset's deviation, the reference's own is added to it. A value that
-/// is not finite ends the run.
+/// Prints CSV about random scenes, a line per scene: the share of the reference's light in a preset's image, in
+/// standard deviations of both. Each scene is rendered at several places in the grid; their spread is the preset's
+/// deviation, to which the reference's own is added. A value that is not finite ends the run.
 #[derive(Args)]
-pub struct Random {
+pub struct RandomScenes {
     #[arg(long, default_value = "balanced")]
     preset: String,
     #[arg(long, default_value_t = 32)]
@@ -88,7 +89,7 @@ pub struct Random {
 const PLACES: usize = 4;
 const SAMPLES: u32 = 64;
 
-impl Random {
+impl RandomScenes {
     pub fn run(&self) -> Result<()> {
         println!("seed,ratio,deviations,share,reference's share,passes light");
         with_cell(settings(&self.preset, self.grid)?, Effort::FULL, |cell| {
@@ -101,7 +102,7 @@ fn measure(cell: &Cell, seed: u64) -> Result<()> {
     let stage = random::stage(seed);
     let passes = stage.scene.materials.iter().any(|m| m.transmission > 0.0 || m.alpha != Alpha::Opaque);
     let (level, error, bound) = truth(&stage, cell)?;
-    let mut studio = Studio::new(&Cell { settings: stage.with_its_grid(&cell.settings), ..cell.clone() }, stage)?;
+    let mut studio = CaseRenderer::new(&Cell { settings: stage.with_its_grid(&cell.settings), ..cell.clone() }, stage)?;
     let shoot = |place| {
         let image = studio.shoot(place)?;
         refuse_invalid(cell.context)?;
@@ -110,14 +111,14 @@ fn measure(cell: &Cell, seed: u64) -> Result<()> {
     let shots = Place::all(PLACES + 1, false)[1..].iter().map(shoot).collect::<Result<Vec<f64>>>()?;
     let ours = shots.iter().sum::<f64>() / PLACES as f64;
     let variance = shots.iter().map(|shot| (shot - ours).powi(2)).sum::<f64>() / (PLACES - 1) as f64;
-    // Of one shot: what a user renders is one, not the mean.
+    // The deviation of one image, because a user renders one and not the mean.
     let deviation = (variance + error.powi(2)).sqrt();
     let (ratio, far) = (ours / level, (ours - level).abs() / deviation.max(1e-9));
     println!("{seed},{ratio:.4},{far:.2},{:.5},{:.5},{}", deviation / level, error / level, u8::from(passes));
     Ok(())
 }
 
-/// Level of the image, its standard error, and what counts of a value at most.
+/// Level of the image, its standard error, and the bound at which values are clamped.
 fn truth(stage: &Stage, cell: &Cell) -> Result<(f64, f64, f32)> {
     let depth = same_depth(&stage.scene, &cell.settings);
     let specimen = Specimen { view: stage.view, ..Specimen::new(stage.scene.clone()) };

@@ -1,4 +1,5 @@
-//! The pictures of `docs/notes/talk.md`: a host of a frame that stops after the lists, and after the frame, to look at what is there.
+//! The pictures of `docs/notes/talk.md`: a host records a frame that stops after the lists, and a whole frame, to show
+//! their buffers and volumes.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -7,7 +8,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 use half::f16;
 use image::{ImageFormat, Rgb, RgbImage};
-use twobounce::frame::{Frame, FrameDesc, Seen};
+use twobounce::frame::{Frame, FrameDesc, Shot};
 use twobounce::ground::image::target::{self, Readback};
 use twobounce::ground::layout::{Globals, ListItem, Triangle};
 use twobounce::ground::scene_on_gpu::ScenePacked;
@@ -19,7 +20,7 @@ use twobounce::settings::{Bounces, Settings};
 use twobounce::vk::{Context, ContextOptions, Recorder, RecorderOptions, download, download_image};
 use twobounce::{Error, Result};
 
-/// The slides' volume.
+/// The edge of the slides' volume in voxels.
 const EDGE: u32 = 128;
 /// Pixels of an image on the page, a side.
 pub const IMAGE_SIZE: u32 = 512;
@@ -27,9 +28,9 @@ pub const IMAGE_SIZE: u32 = 512;
 const TILE: u32 = 256;
 /// Pixels between tiles.
 const GAP: u32 = 4;
-/// The slice of the volume that is shown, from above: voxels with this y, a little over the floor.
+/// The slice of the volume in the pictures, from above: voxels with this y, a little over the floor.
 const SLICE: u32 = 36;
-/// How much brighter than the image slices are shown, EV: most voxels see no light at all.
+/// Exposure of slices above that of the image, EV: most voxels receive no light.
 const BRIGHTER: f32 = 2.0;
 const AOVS: &[Aov] = &[Aov::Direct, Aov::Indirect];
 
@@ -51,7 +52,7 @@ pub fn presets() -> [(&'static str, Settings); 3] {
     ]
 }
 
-/// Every picture that the device makes, images with `size` pixels a side; and the images' exposure in EV.
+/// Every picture of the page, images with `size` pixels a side; and the images' exposure in EV.
 pub fn rendered(size: u32) -> Result<(Vec<Named>, f32)> {
     let scene = gallery()?;
     let pose = scene.pose(None, 0.0);
@@ -98,7 +99,7 @@ pub fn rendered(size: u32) -> Result<(Vec<Named>, f32)> {
     Ok((pictures, ev))
 }
 
-/// The passes up to the lists alone, until their buffers are large enough.
+/// Only the passes up to the lists, until their buffers are large enough.
 fn make_lists(context: &Arc<Context>, frame: &mut Frame, pose: &Pose) -> Result<()> {
     loop {
         let mut recorder = Recorder::new(context, RecorderOptions::default())?;
@@ -116,13 +117,14 @@ fn make_lists(context: &Arc<Context>, frame: &mut Frame, pose: &Pose) -> Result<
 fn render(context: &Arc<Context>, frame: &mut Frame, scene: &Scene, pose: &Pose) -> Result<twobounce::layers::Layers> {
     let readback = Readback::new(context, frame.target.size(), frame.target.shape().outputs)?;
     let mut recorder = Recorder::new(context, RecorderOptions::default())?;
-    frame.record(&mut recorder, 0, &Seen { scene, pose, view: &scene.view(pose, 0), image: Some(0) });
+    frame.record(&mut recorder, 0, &Shot { scene, pose, view: &scene.view(pose, 0), image: Some(0) });
     readback.record(&mut recorder, &frame.target);
     recorder.finish()?;
     Ok(readback.read(AOVS))
 }
 
-/// The recorded triangles as the volume's front sees them, along −z, coloured by their normals; those that turn away are left out.
+/// The recorded triangles seen from the volume's front, along −z, coloured by their normals, without those that face
+/// away.
 fn front_view(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
     let triangles: Vec<Triangle> = download(context, &frame.ground.triangles)?;
     let words: Vec<u32> = download(context, &frame.ground.attributes)?;
@@ -154,7 +156,7 @@ fn front_view(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
     Ok(sheet(&[shown], 1))
 }
 
-/// How many triangles the voxels of a slice list.
+/// The number of triangles in the lists of a slice's voxels.
 fn lists(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
     let lists = frame.ground.base();
     let heads: Vec<u32> = download(context, &lists.heads)?;
@@ -176,7 +178,7 @@ fn lists(context: &Arc<Context>, frame: &Frame) -> Result<Vec<u8>> {
     Ok(sheet(&[shown], 1))
 }
 
-/// A level of one face, cut at [`SLICE`], every texel as large as it is in the world; what is empty is grey.
+/// A level of one face, cut at [`SLICE`], every texel at its size in the world; empty texels are grey.
 fn slice(
     context: &Arc<Context>,
     volume: &LightVolume,

@@ -1,5 +1,5 @@
-//! The table of `docs/notes/plan.md`: on scenes of different kinds, what `twobounce plan` answers against the best of a full sweep of the
-//! same settings, and what both cost. A scene takes five to forty minutes on two slow cores.
+//! The table of `docs/notes/plan.md`: on scenes of different kinds, the answer of `twobounce plan` against the best of
+//! a full sweep of its settings, and the cost of both. A scene takes five to forty minutes on two slow cores.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -17,9 +17,9 @@ use twobounce::lab::table::markdown;
 use twobounce::layers::Layers;
 use twobounce::measure::metrics::Part;
 use twobounce::plan::answer::Answer;
-use twobounce::plan::bench::{Bench, OF_PIXELS, Seen, Setup};
+use twobounce::plan::bench::{Bench, OF_PIXELS, PlanView, Setup};
 use twobounce::plan::needs::Needs;
-use twobounce::plan::space::{Place, Space, spaces};
+use twobounce::plan::space::{Rungs, Space, spaces};
 use twobounce::reference::Options;
 use twobounce::reference::cache::Cache;
 use twobounce::settings::Settings;
@@ -31,8 +31,8 @@ type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 pub struct Plan {
     /// The program: target/release/twobounce
     program: PathBuf,
-    /// A folder where sweeps are kept, and taken from where they are; a test of src/plan/search.rs lets the search find its way through
-    /// those of tests/plan
+    /// A folder that stores sweeps, and from which they are read; a test of src/plan/search.rs runs the search on those
+    /// of tests/plan
     #[arg(long)]
     sweeps: Option<PathBuf>,
     /// box, exterior, lamps, gallery, or files
@@ -43,7 +43,8 @@ pub struct Plan {
 /// Pixels of all images.
 const SIZE: (u32, u32) = (64, 64);
 
-/// Settings that every combination has, so that every combination of the rest can be measured: 288 of rays, 72 of lpv, 4 of none.
+/// Settings of every combination, so that every combination of the rest can be measured: 288 of rays, 72 of lpv, 4 of
+/// none.
 const FIXED: [&str; 7] = [
     "voxels=32",
     "bounces=2",
@@ -88,29 +89,29 @@ impl Plan {
     }
 }
 
-/// A scene that is planned for.
+/// A scene to plan for.
 struct Subject<'a> {
     path: &'a Path,
     /// Radiance of the sky that is added to the file's.
     sky: f32,
-    /// For caches of the planning program.
+    /// The folder for caches of the planning program.
     folder: &'a Path,
 }
 
 /// Settings, milliseconds and error.
-type Row = (Settings, f64, f64);
+type ScoredSettings = (Settings, f64, f64);
 
-/// A full sweep, as it is kept: bits of times are of no use, so that they are rounded.
+/// A full sweep in its stored form: times are rounded, because their last bits mean nothing.
 #[derive(Serialize, Deserialize)]
 struct Swept {
-    /// Seconds of processor time that it took.
+    /// Processor time of the sweep in seconds.
     cpu_s: f64,
     /// Method, rung of each ladder, milliseconds of the passes over voxels and pixels, error.
-    rows: Vec<(String, Place, [f64; 2], f64)>,
+    rows: Vec<(String, Rungs, [f64; 2], f64)>,
 }
 
 impl Swept {
-    fn measure(bench: &mut Bench, spaces: &[Space], seen: &Seen, reference: &Layers) -> Result<Self> {
+    fn measure(bench: &mut Bench, spaces: &[Space], seen: &PlanView, reference: &Layers) -> Result<Self> {
         let mut rows = Vec::new();
         for space in spaces.iter().filter(|space| METHODS.contains(&space.method.name())) {
             for place in space.places() {
@@ -133,8 +134,8 @@ impl Swept {
     }
 
     /// Settings, milliseconds and error of each row.
-    fn settings(&self, spaces: &[Space]) -> Result<Vec<Row>> {
-        let of = |(method, place, ms, error): &(String, Place, [f64; 2], f64)| {
+    fn settings(&self, spaces: &[Space]) -> Result<Vec<ScoredSettings>> {
+        let of = |(method, place, ms, error): &(String, Rungs, [f64; 2], f64)| {
             let space =
                 spaces.iter().find(|space| space.method.name() == method).ok_or("a kept sweep is of other methods")?;
             Ok((space.settings(place), ms.iter().sum(), *error))
@@ -153,12 +154,13 @@ impl Plan {
         let mut specimen = Specimen::load(subject.path)?;
         specimen.scene.sky += Vec3::splat(subject.sky);
         let Specimen { scene, pose, view } = &specimen;
-        let seen = Seen { words: "the view".into(), flags: vec![], pose: pose.clone(), view: *view };
+        let seen = PlanView { words: "the view".into(), flags: vec![], pose: pose.clone(), view: *view };
         let context = Context::new(&ContextOptions::default())?;
         let cache = Cache::at(subject.folder.join("films"));
         let store = Results::new(None, "", true)?;
-        let trace =
-            |seen: &Seen, options: &Options| cache.render(seen.still(scene), options, &|_| (), &AtomicBool::new(false));
+        let trace = |seen: &PlanView, options: &Options| {
+            cache.render(seen.still(scene), options, &|_| (), &AtomicBool::new(false))
+        };
         let mut bench = Bench::new(Setup {
             context: &context,
             scene,
@@ -172,7 +174,7 @@ impl Plan {
         bench.level = LEVEL;
         let reference = bench.reference(&seen, 0)?;
         let fixed = FIXED.map(str::to_owned);
-        let spaces = spaces(&Needs::of(scene), &fixed)?;
+        let spaces = spaces(&Needs::of_scene(scene), &fixed)?;
         let kept = self.sweeps.as_ref().map(|folder| folder.join(format!("{}.json", scene.name)));
         let swept = match kept.as_ref().filter(|kept| kept.exists()) {
             Some(kept) => serde_json::from_slice(&std::fs::read(kept)?)?,
@@ -185,7 +187,7 @@ impl Plan {
             }
         };
         let mut sweep = swept.settings(&spaces)?;
-        // As right as a fifth of all settings are: neither trivial nor out of reach.
+        // An error as small as the best fifth of all settings reaches: neither trivial nor out of reach.
         let mut errors: Vec<f64> = sweep.iter().map(|(.., error)| *error).collect();
         errors.sort_by(f64::total_cmp);
         let limit = (errors[errors.len() / 5] * 1e3).ceil() / 1e3;
@@ -237,7 +239,7 @@ impl Plan {
         ])
     }
 
-    /// The answer of the program, with nothing kept from before: neither rows nor pipelines.
+    /// The answer of the program without anything stored: neither rows nor pipelines.
     fn plan(&self, subject: &Subject, limit: f64, name: &str) -> Result<Answer> {
         let caches = subject.folder.join(name);
         let json = caches.with_extension("json");
@@ -263,12 +265,12 @@ impl Plan {
     }
 }
 
-/// A box of a scene: centre and size in metres, colour, and what it emits.
-type Block = ([f32; 3], [f32; 3], [f32; 3], f32);
+/// A box of a scene: centre and size in metres, colour, and emission.
+type SceneBox = ([f32; 3], [f32; 3], [f32; 3], f32);
 
 /// Houses on a plain, lit by a sun and a sky.
 fn exterior_scene() -> twobounce::Result<Vec<u8>> {
-    let mut blocks: Vec<Block> = vec![([0.0, -0.25, 0.0], [24.0, 0.5, 24.0], [0.5, 0.5, 0.45], 0.0)];
+    let mut blocks: Vec<SceneBox> = vec![([0.0, -0.25, 0.0], [24.0, 0.5, 24.0], [0.5, 0.5, 0.45], 0.0)];
     for i in 0..9u8 {
         let (x, z, h) = (f32::from(i % 3) * 5.0 - 5.0, f32::from(i / 3) * 5.0 - 5.0, 1.5 + f32::from(i * 7 % 5));
         blocks.push(([x, 0.5 * h, z], [2.5, h, 2.5], [0.8 - 0.06 * f32::from(i), 0.6, 0.3 + 0.05 * f32::from(i)], 0.0));
@@ -279,7 +281,7 @@ fn exterior_scene() -> twobounce::Result<Vec<u8>> {
 
 /// A hall with 64 lamps below its ceiling.
 fn lamps_scene() -> twobounce::Result<Vec<u8>> {
-    let mut blocks: Vec<Block> = vec![
+    let mut blocks: Vec<SceneBox> = vec![
         ([0.0, -0.25, 0.0], [12.0, 0.5, 12.0], [0.6, 0.6, 0.6], 0.0),
         ([0.0, 4.25, 0.0], [12.0, 0.5, 12.0], [0.7, 0.7, 0.7], 0.0),
         ([-6.25, 2.0, 0.0], [0.5, 4.0, 12.0], [0.7, 0.3, 0.2], 0.0),
@@ -295,8 +297,9 @@ fn lamps_scene() -> twobounce::Result<Vec<u8>> {
     scene("lamps", &blocks, "light = { type = 'point', intensity = 1.0 }", [0.0, 2.0, 9.0])
 }
 
-/// A description as those of the scenes in `assets/`: boxes, a light, and a camera that looks along −Z and a little down.
-fn scene(name: &str, blocks: &[Block], light: &str, eye: [f32; 3]) -> twobounce::Result<Vec<u8>> {
+/// A description like those of the scenes in `assets/`: boxes, a light, and a camera that looks along −Z and a little
+/// down.
+fn scene(name: &str, blocks: &[SceneBox], light: &str, eye: [f32; 3]) -> twobounce::Result<Vec<u8>> {
     let (mut materials, mut nodes) = (String::new(), String::new());
     for (i, (center, size, [r, g, b], emits)) in blocks.iter().enumerate() {
         let glow = if *emits > 0.0 { [1.0, 0.9, 0.7] } else { [0.0; 3] };

@@ -1,5 +1,5 @@
-//! Rays through a tree that was only refitted after skins and morph targets moved its triangles: their steps from box to box, and
-//! those through a tree that was made for the pose.
+//! Rays through a tree that was only refitted after skins and morph targets moved its triangles: their steps from box
+//! to box, and those through a tree that was built for the pose.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use twobounce::settings::Settings;
 use twobounce::vk::{Context, ContextOptions};
 
 const SIZE: (u32, u32) = (96, 96);
-/// Moments of an animation, evenly apart; at the first the file's own pose is shown.
+/// Moments of an animation, evenly spaced; the first shows the file's own pose.
 const MOMENTS: u32 = 6;
 
 pub fn run(paths: &[PathBuf]) -> Result<()> {
@@ -40,7 +40,7 @@ fn rows(context: &Arc<Context>, scene: &Scene) -> Result<Vec<[String; 5]>> {
         let mut renderer = specimen.renderer(context, &settings, RenderOptions::new(SIZE, bounds))?;
         let report = renderer.render(&specimen.pose, &specimen.view)?;
         Ok::<_, twobounce::Error>(
-            report.timings.zones.iter().map(|zone| Counts::of(&zone.counts).ray_steps).sum::<u64>(),
+            report.timings.zones.iter().map(|zone| Counts::of_counters(&zone.counts).ray_steps).sum::<u64>(),
         )
     };
     let row = |moment: u32| {

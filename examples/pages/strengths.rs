@@ -1,5 +1,5 @@
-//! Fills the tables of README.md, `docs/accuracy.md` and `docs/notes/strengths.md`, a comparison of the methods in numbers. Errors, times
-//! and memory are taken from the rows of the study; leaks and noise are measured.
+//! Fills the tables of README.md, `docs/accuracy.md` and `docs/notes/strengths.md`, a comparison of the methods in
+//! numbers. Errors, times and memory come from the rows of the study; leaks and noise are measured.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::tables::{self, CHOSEN};
 
 const VOXELS: u32 = 64;
 const SIZE: u32 = 96;
-/// Frames of a light that moves, and how far it moves in each.
+/// Frames of a moving light, and its motion in each.
 const FRAMES: usize = 7;
 const STEP_M: f64 = 0.02;
 
@@ -71,9 +71,10 @@ fn measured(context: &Arc<Context>, preset: &str) -> Result<String> {
     Ok(format!("| `{preset}` | {} | {} |", leaks.join(" | "), noises.join(" | ")))
 }
 
-/// Two rooms of 1 m that share a wall, `thick` voxels thick; a light is in one of them. The dark one's mean over the lit one's.
+/// Two rooms of 1 m that share a wall, `thick` voxels thick, with a light in one of them. The result is the dark room's
+/// mean over the lit one's.
 pub fn leak(context: &Arc<Context>, settings: &Settings, thick: f64) -> Result<f64> {
-    // The longest side fills the grid but for its margins.
+    // The longest side fills the grid except its margins.
     let voxel_m = 2.0 / (f64::from(settings.voxels) - 2.0 * settings.grid.margin);
     let rooms = Specimen::new(divided(thick * voxel_m).scene);
     let light = |eye| {
@@ -107,7 +108,7 @@ fn layer(image: &Layers, aov: Aov) -> &[[f32; 3]] {
     image.get(aov).expect("the layer was asked for")
 }
 
-/// Root mean square of (a − 2b + c)/√6 over the mean of b: of white noise, its standard deviation.
+/// Root mean square of (a − 2b + c)/√6 over the mean of b: for white noise this is its standard deviation.
 fn second_differences(triples: impl Iterator<Item = [f64; 3]>) -> f64 {
     let (mut squares, mut sum, mut count) = (0.0, 0.0, 0.0);
     for [a, b, c] in triples {
@@ -118,7 +119,7 @@ fn second_differences(triples: impl Iterator<Item = [f64; 3]>) -> f64 {
     (squares / f64::max(count, 1.0)).sqrt() / (sum / f64::max(count, 1.0))
 }
 
-/// Over pixels in a row that show one flat surface.
+/// Over pixels of a row that show one flat surface.
 fn spatial(image: &Layers) -> f64 {
     let light = layer(image, Aov::Indirect);
     let (normal, albedo) = (layer(image, Aov::Normal), layer(image, Aov::Albedo));

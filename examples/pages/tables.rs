@@ -1,5 +1,5 @@
-//! Tables of measured numbers in Markdown pages, filled from the rows of the study. `cargo run --release --example pages -- strengths` writes
-//! them, and tests compare them with the rows.
+//! Tables of measured numbers in Markdown pages, filled from the rows of the study. `cargo run --release --example
+//! pages -- strengths` writes them, and tests compare them with the rows.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use twobounce::{Error, Result};
 /// The pages that hold tables, from the project's root.
 pub const PAGES: &[&str] = &["README.md", "docs/accuracy.md", "docs/notes/strengths.md"];
 
-/// The rows that fill them, from the project's root, and the scenes of each that `docs/notes/strengths.md` quotes.
+/// The rows for the tables, from the project's root, and the scenes of each that `docs/notes/strengths.md` quotes.
 pub const ROWS: &[(&str, &[&str])] = &[
     ("docs/notes/study/rows.csv", &["cornell-area", "cornell-point", "gallery"]),
     ("docs/notes/study/rooms/rows.csv", &["thick-walls", "atrium"]),
@@ -42,10 +42,10 @@ pub fn rows(root: &Path) -> Result<Vec<CsvRow>> {
     Ok(ROWS.iter().map(|(name, _)| read_csv(&root.join(name))).collect::<Result<Vec<_>>>()?.concat())
 }
 
-/// The text of a table. `old`: that of one which is not made from rows.
+/// The text of a table. `old`: the present text, for a table that is not made from rows.
 ///
 /// # Errors
-/// A sentence about a name that no table has.
+/// A message about a name that no table has.
 pub fn table(name: &str, rows: &[CsvRow], old: &str) -> Result<String> {
     match name.split_once(' ') {
         None if name == "presets" => Ok(presets(rows)),
@@ -58,7 +58,7 @@ pub fn table(name: &str, rows: &[CsvRow], old: &str) -> Result<String> {
     }
 }
 
-/// Whether the row shows this preset on this scene, with no setting changed but those that the whole study changes.
+/// Whether the row shows this preset on this scene, changed only by settings that the whole study changes.
 fn find<'a>(rows: &'a [CsvRow], scene: &str, preset: &str) -> Option<&'a CsvRow> {
     rows.iter().find(|row| row.cell("scene") == scene && row.cell("name") == preset)
 }
@@ -71,49 +71,68 @@ fn of_scene<'a>(rows: &'a [CsvRow], scene: &str) -> Vec<(&'static str, &'a CsvRo
 /// Time and errors of every preset on one scene.
 fn presets(rows: &[CsvRow]) -> String {
     let of_scene = of_scene(rows, SCENE);
-    let mut all_terms: Vec<String> = Vec::new();
+    let mut notes = Footnotes::default();
     let mut line = |(preset, row): &(&str, &CsvRow)| {
         let meaning = PRESETS.iter().find(|known| known.name == *preset).map_or("", |known| known.meaning);
-        let terms = code(row.cell("equal_terms"));
-        if !terms.is_empty() && !all_terms.contains(&terms) {
-            all_terms.push(terms.clone());
-        }
-        let mark =
-            all_terms.iter().position(|known| *known == terms).map_or(String::new(), |i| format!(" {}", mark(i)));
         let [method, ms] = [format!("`{}`", row.cell("method")), number(row, "frame_gpu_ms", 0)];
-        let [whole, indirect] = [number(row, "same_total_rel", 3), number(row, "same_diffuse_rel", 3) + &mark];
-        [format!("`{preset}`"), method, ms, whole, indirect, meaning.to_owned()]
+        let [whole, indirect] = [number(row, "same_total_rel", 3), number(row, "same_diffuse_rel", 3)];
+        [format!("`{preset}`"), method, ms, whole, indirect + &notes.mark(row), meaning.to_owned()]
     };
     let lines: Vec<_> = of_scene.iter().map(&mut line).collect();
     let head =
         "preset|method|ms a frame|error: whole image|error: indirect light on diffuse surfaces|description".split('|');
     let table = markdown(head, "--:::-", lines);
-    let mut notes = vec![of_scene.first().map_or(String::new(), |(_, row)| conditions(row))];
-    notes.extend(all_terms.iter().enumerate().map(|(i, terms)| format!("{}: measured with {terms}", mark(i))));
-    if table.contains(MISSING) {
-        notes.push(format!("{MISSING}: not measured yet"));
-    }
-    format!("{table}\n*{}.*\n", notes.join("; "))
+    let missing = if table.contains(MISSING) { format!("; {MISSING}: not measured yet") } else { String::new() };
+    format!("{table}\n*{}{}{missing}.*\n", first_conditions(&of_scene), notes.text())
 }
 
 /// Errors and energies of every preset on a scene.
 fn errors(rows: &[CsvRow], scene: &str) -> String {
     let of_scene = of_scene(rows, scene);
-    let conditions = of_scene.first().map_or(String::new(), |(_, row)| conditions(row));
-    let line = |(preset, row): (&str, &CsvRow)| {
-        let terms = match row.cell("equal_terms") {
-            "" => "those of the preset".to_owned(),
-            terms => code(terms),
-        };
+    let mut notes = Footnotes::default();
+    let mut line = |(preset, row): &(&str, &CsvRow)| {
         let [whole, energy] = [number(row, "same_total_rel", 3), number(row, "same_total_energy", 2)];
         let [diffuse, own_energy] = [number(row, "same_diffuse_rel", 3), number(row, "same_diffuse_energy", 2)];
-        [format!("`{preset}`"), whole, energy, diffuse, own_energy, terms]
+        [format!("`{preset}`"), whole, energy, diffuse + &notes.mark(row), own_energy]
     };
-    let head = ["preset", "(a) rel", "(a) energy", "(b) rel", "(b) energy", "settings for (b)"];
-    format!("*{conditions}.*\n\n{}", markdown(head, "-::::-", of_scene.into_iter().map(line)))
+    let lines: Vec<_> = of_scene.iter().map(&mut line).collect();
+    let table = markdown(["preset", "(a) rel", "(a) energy", "(b) rel", "(b) energy"], "-::::", lines);
+    format!("*{}{}.*\n\n{table}", first_conditions(&of_scene), notes.text())
 }
 
-/// A number of the chosen presets on every scene. `what`: `total` and `diffuse` are error and energy, others time and memory.
+/// Footnotes of a table: the settings with which the errors of the indirect light were measured, where these are not
+/// the settings of the preset.
+#[derive(Default)]
+struct Footnotes(Vec<String>);
+
+impl Footnotes {
+    /// The mark of a row's footnote after a space; empty for a row that needs none.
+    fn mark(&mut self, row: &CsvRow) -> String {
+        let settings = code(row.cell("equal_terms"));
+        if settings.is_empty() {
+            return String::new();
+        }
+        let known = self.0.iter().position(|known| *known == settings);
+        let index = known.unwrap_or_else(|| {
+            self.0.push(settings);
+            self.0.len() - 1
+        });
+        format!(" {}", mark(index))
+    }
+
+    /// All footnotes, each after a semicolon.
+    fn text(&self) -> String {
+        self.0.iter().enumerate().map(|(i, settings)| format!("; {}: measured with {settings}", mark(i))).collect()
+    }
+}
+
+/// The conditions of the first row; empty without rows.
+fn first_conditions(of_scene: &[(&str, &CsvRow)]) -> String {
+    of_scene.first().map_or(String::new(), |(_, row)| conditions(row))
+}
+
+/// A number of the chosen presets on every scene. `what`: `total` and `diffuse` are error and energy, others time and
+/// memory.
 fn scenes(rows: &[CsvRow], what: &str) -> String {
     let scenes = || ROWS.iter().flat_map(|(_, scenes)| scenes.iter().copied());
     let cell = |row: &CsvRow| match what {

@@ -1,4 +1,4 @@
-//! Makes the pictures of `docs/notes/talk.md`, the talk's slides one by one, and fills its table of times.
+//! Renders the pictures of `docs/notes/talk.md`, the talk's slides one by one, and fills its table of times.
 
 use std::path::Path;
 
@@ -15,10 +15,10 @@ use crate::pictures;
 
 /// Samples per pixel of the path-traced image.
 const SAMPLES: u32 = 96;
-/// Frames that are timed, after one that compiles.
+/// Timed frames, after one that compiles.
 const FRAMES: usize = 3;
 
-/// `keep_times` leaves the table of times as it is on the page.
+/// `keep_times` leaves the page's table of times unchanged.
 pub fn run(keep_times: bool) -> Result<()> {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/notes");
     let (mut all, ev) = pictures::rendered(pictures::IMAGE_SIZE)?;
@@ -43,7 +43,7 @@ fn traced(ev: f32) -> Result<pictures::Named> {
     Ok(("path-traced.png", pictures::sheet(&[pictures::square(width, pixel)], 1)))
 }
 
-/// A table of the milliseconds that each pass takes with each of the talk's presets.
+/// A table of the milliseconds of each pass with each of the talk's presets.
 fn times() -> Result<String> {
     let specimen = Specimen::new(pictures::gallery()?);
     let context = Context::new(&ContextOptions::default())?;

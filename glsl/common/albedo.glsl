@@ -1,8 +1,8 @@
-// Reflectance of a surface in light from all around.
+// Reflectance of a surface under uniform light from all directions.
 
 #include "common/color.glsl"
 
-// Reflectance at a microfacet that light meets under this cosine.
+// Fresnel reflectance of a microfacet, for the cosine between its normal and the light.
 vec3 schlick(vec3 f0, float f90, float cosine) {
     return f0 + (f90 - f0) * pow(1.0 - cosine, 5.0);
 }
@@ -11,10 +11,10 @@ float schlick(float f0, float f90, float cosine) {
     return schlick(vec3(f0), f90, cosine).x;
 }
 
-// Share of light from all around that a GGX lobe with separable Smith masking sends towards v, whose cosine is nv: a
-// fit to the two integrals over visible normals, 1 and (1 − v·h)⁵ times the masking of what leaves. Both are within
-// 0.02 of them where nv is above 0.2, 0.07 below; root mean square over a sphere as it is seen 0.006 and 0.003.
-// tests/device/functions_geometry.rs has the integrals.
+// The share of uniform light from all directions that a GGX lobe with separable Smith masking reflects towards a viewer
+// at cosine nv: a fit of two integrals over visible normals, of the masking of the outgoing direction times 1 and times
+// (1 − v·h)⁵. The errors are at most 0.02 for nv above 0.2, and 0.07 below; their root mean square over the visible
+// side of a sphere is 0.006 and 0.003. tests/device/functions_geometry.rs has the integrals.
 vec3 specular_albedo(vec3 f0, float f90, float roughness, float nv) {
     float r = roughness;
     vec3 per_nv = vec3(-0.33044, 1.88275, -1.90769)
@@ -27,8 +27,8 @@ vec3 specular_albedo(vec3 f0, float f90, float roughness, float nv) {
     return clamp(f0 * (masked - grazing) + f90 * grazing, vec3(0.0), vec3(1.0));
 }
 
-// Mean of 1 − Fresnel at the half vector, over light from all around: whatever the roughness. The polynomial is fitted
-// to the mean of (1 − v·h)⁵, within 1e-5 of it.
+// The mean of 1 − Fresnel at the half vector under uniform light, which does not depend on the roughness. The
+// polynomial fits the mean of (1 − v·h)⁵ within 1e-5.
 float diffuse_share(float f0, float f90, float nv) {
     float grazing = 0.0281649 + nv * (-0.0798633 + nv * (0.0864900 + nv * (-0.0437062 + nv * 0.0089972)));
     return 1.0 - (f0 + (f90 - f0) * grazing);

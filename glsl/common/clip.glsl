@@ -1,18 +1,19 @@
-// The part of a triangle inside a voxel, for the coverage fill: its area and middle, without building the polygon.
+// The part of a triangle inside a voxel, for the coverage fill: its area and centroid, without constructing the
+// polygon.
 //
-// A polygon's area is half the sum of p × q over its boundary's segments. The boundary of triangle ∩ cube is made of
-// the triangle's edges, clipped to the cube, and of one chord per face of the cube that the triangle crosses, clipped
-// to that face. Neither needs a list of corners, which lavapipe would keep in memory: 20 times faster there than
-// Sutherland and Hodgman's clipping, to whose rule the ties are kept (a point on a face is inside).
+// The area of a polygon is half the sum of p × q over the segments of its boundary. The boundary of triangle ∩ cube
+// consists of the triangle's edges, clipped to the cube, and of one chord per face of the cube that the triangle
+// crosses, clipped to that face. No list of corners is needed, which lavapipe would keep in memory: this is 20 times
+// faster there than Sutherland and Hodgman's clipping. Ties follow their rule (a point on a face is inside).
 
 struct Clipped {
     vec3 normal; // unit
-    vec3 foot; // of the perpendicular from the cube's middle to the triangle's plane
+    vec3 foot; // foot of the perpendicular from the cube's centre to the triangle's plane
     float area;
-    vec3 weighted; // area × middle
+    vec3 weighted; // area × centroid
 };
 
-// Narrows the part `range` of the segment p + t·d to |coordinate| ≤ ½; a segment within a face's plane is inside.
+// Clips the range of t in the segment p + t·d to |coordinate| ≤ ½; a segment within a face's plane is inside.
 void clip_slab(float p, float d, bool face_is_inside, inout vec2 range) {
     vec2 t = (vec2(-0.5, 0.5) - p) / d;
     vec2 parallel = abs(p) < 0.5 || (face_is_inside && abs(p) == 0.5) ? range : vec2(1.0, 0.0);
@@ -29,7 +30,7 @@ void add_segment(inout Clipped sum, vec3 p, vec3 d, vec2 range) {
     }
 }
 
-// The part of the edge p + t·d that is inside; empty where x ≥ y.
+// The range of t in which the edge p + t·d is inside; empty if x ≥ y.
 vec2 edge_range(vec3 p, vec3 d) {
     vec2 range = vec2(0.0, 1.0);
     clip_slab(p.x, d.x, true, range);
@@ -42,7 +43,8 @@ void add_edge(inout Clipped sum, vec3 p, vec3 q) {
     add_segment(sum, p, q - p, edge_range(p, q - p));
 }
 
-// Where the edge p q crosses a face's plane; `dp`, `dq`: distances, ≥ 0 inside. The chord runs from where the
+// The crossing of the edge p q with a face's plane; `dp` and `dq` are distances, ≥ 0 inside. The chord runs from the
+// point where the boundary leaves to the point where it returns.
 // triangle's boundary leaves to where it comes back.
 void cross_face(vec3 p, vec3 q, float dp, float dq, inout vec3 leaves, inout vec3 enters, inout bool crosses) {
     vec3 at = mix(p, q, dp / (dp - dq));
@@ -55,12 +57,12 @@ void cross_face(vec3 p, vec3 q, float dp, float dq, inout vec3 leaves, inout vec
     }
 }
 
-// Whether the triangle lies in a plane across that axis.
+// Whether the triangle lies in a plane perpendicular to that axis.
 bool lies_across(vec3 a, vec3 b, vec3 c, int axis) {
     return a[axis] == b[axis] && b[axis] == c[axis];
 }
 
-// The chord on the face where `axis`'s coordinate is `side` · ½: leaves + t·d, and the part of it that is inside.
+// The chord on the face with `axis`'s coordinate `side` · ½: leaves + t·d, and the range of t inside the cube.
 vec2 chord_range(vec3 a, vec3 b, vec3 c, int axis, float side, out vec3 leaves, out vec3 d) {
     vec3 distance = 0.5 - side * vec3(a[axis], b[axis], c[axis]);
     leaves = vec3(0.0);
@@ -71,7 +73,8 @@ vec2 chord_range(vec3 a, vec3 b, vec3 c, int axis, float side, out vec3 leaves, 
     cross_face(c, a, distance.z, distance.x, leaves, enters, crosses);
     d = enters - leaves;
     vec2 range = vec2(0.0, crosses ? 1.0 : 0.0);
-    // A chord along an edge of the cube counts for one of the two faces: the one that the triangle does not lie in.
+    // A chord along an edge of the cube counts for only one of the two faces: the one that does not contain the
+    // triangle.
     int u = (axis + 1) % 3;
     int v = (axis + 2) % 3;
     clip_slab(leaves[u], d[u], axis < u || lies_across(a, b, c, u), range);
@@ -86,9 +89,9 @@ void add_chord(inout Clipped sum, vec3 a, vec3 b, vec3 c, int axis, float side) 
     add_segment(sum, leaves, d, range);
 }
 
-const int PART_CORNERS = 9; // as many as there are segments: each begins at a corner
+const int PART_CORNERS = 9; // one per segment: each begins at a corner
 
-// Corner k of the part of the triangle inside the unit cube about the origin; false: that segment has none.
+// Corner k of the part of the triangle inside the unit cube about the origin; false if the segment has none.
 bool part_corner(int k, vec3 a, vec3 b, vec3 c, out vec3 corner) {
     vec3 from = k == 0 ? a : k == 1 ? b : c;
     vec3 d = (k == 0 ? b : k == 1 ? c : a) - from;
@@ -102,9 +105,9 @@ bool part_corner(int k, vec3 a, vec3 b, vec3 c, out vec3 corner) {
     return range.x < range.y;
 }
 
-// Area (voxel²) and middle of the part of the triangle inside the unit cube about `center`.
-// Where nothing is left (a touching triangle), the area is 0 and the middle the corner nearest to the cube. A triangle
-// in a face's plane lies in two voxels: each has half of its area.
+// Area (voxel²) and centroid of the part of the triangle inside the unit cube about `center`. For a triangle that only
+// touches the cube, the area is 0 and the centroid is the corner nearest to the cube. A triangle in a face's plane
+// belongs to two voxels, and each gets half of its area.
 void clip_to_voxel(vec3 a, vec3 b, vec3 c, vec3 center, out float area, out vec3 middle) {
     a -= center;
     b -= center;

@@ -1,9 +1,9 @@
-// Directions about a normal: a frame, and cosine-distributed sets of any number. CPU twin: tests/twins/directions.rs.
+// Directions about a normal: a frame, and cosine-distributed sets of any size. CPU twin: tests/twins/directions.rs.
 
 #include "common/numbers.glsl"
 
-// Columns: tangent, bitangent, normal. Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017, without its
-// jump at n.z = 0: the one singular direction is −z.
+// Columns: tangent, bitangent, normal. Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017, without the
+// discontinuity at n.z = 0: the only singular direction is −z.
 mat3 tangent_frame(vec3 n) {
     float a = -1.0 / (1.0 + max(n.z, -0.9999999));
     float b = n.x * n.y * a;
@@ -11,21 +11,22 @@ mat3 tangent_frame(vec3 n) {
                             : mat3(vec3(1.0 + n.x * n.x * a, b, -n.x), vec3(b, 1.0 + n.y * n.y * a, -n.y), n);
 }
 
-// Direction i of `count` about +z; the cosine is in the distribution: a sunflower on the unit disc, lifted onto the
-// hemisphere. `shift`: where within its share of the set the direction lies; (0.5, 0) is its middle.
+// Direction i of `count` about +z, cosine-distributed: a sunflower pattern on the unit disc, projected to the
+// hemisphere. `shift` is the position of the direction within its share of the set; (0.5, 0) is the middle.
 vec3 cosine_direction(uint i, uint count, vec2 shift) {
     float u = (float(i) + shift.x) / float(count);
     float turn = GOLDEN_ANGLE * float(i) + 2.0 * PI * shift.y;
     return vec3(sqrt(u) * cos(turn), sqrt(u) * sin(turn), sqrt(1.0 - u));
 }
 
-// Tangent of the half angle that one direction of such a set stands for.
+// Tangent of the half angle of the cone that one direction of such a set represents.
 float cosine_aperture(uint count) {
     float spread = count < 64u ? 0.6 : 0.5;
     return spread / sqrt(float(count));
 }
 
-// A shading normal's hemisphere reaches below the facet: what would go there is mirrored up.
+// The hemisphere of a shading normal extends below the facet. Directions below the facet are mirrored to its upper
+// side.
 vec3 above_facet(vec3 d, vec3 facet) {
     return d - 2.0 * min(dot(d, facet), 0.0) * facet;
 }

@@ -1,6 +1,6 @@
-// Sums that do not depend on the order of their terms: 32.32 fixed point. A list's order is the GPU's to choose, the
-// image must not be. Terms that are ≥ 0 and, in stored radiance, ≤ 65,504: 65,536 of them fit; the smallest f16 is 256
-// units. Terms of either sign, in two's complement: half as many.
+// Sums that do not depend on the order of their terms, in 32.32 fixed point: the GPU determines the order of a list,
+// and the image must not depend on it. Terms are ≥ 0 and, in stored radiance, ≤ 65,504: 65,536 of them fit, and the
+// smallest f16 is 256 units. Signed terms use two's complement, so half as many fit.
 
 struct FixedSum {
     uvec4 whole;
@@ -13,7 +13,7 @@ FixedSum fixed_zero() {
 
 void fixed_add(inout FixedSum sum, vec4 term) {
     vec4 whole = floor(term);
-    // A negative term that is hardly less than a whole number may be rounded up to it.
+    // A negative term slightly below a whole number may be rounded up to it.
     uvec4 parts = uvec4(min(term - whole, vec4(0.99999994)) * 4294967296.0);
     uvec4 carry;
     sum.parts = uaddCarry(sum.parts, parts, carry);

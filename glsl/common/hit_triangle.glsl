@@ -15,7 +15,7 @@ float hit_triangle(vec3 origin, vec3 d, vec3 a, vec3 b, vec3 c, out vec2 uv) {
     uv.x = dot(s, p) * inverse;
     vec3 q = cross(s, e1);
     uv.y = dot(d, q) * inverse;
-    // A hair of tolerance: no light between two triangles that share an edge.
+    // A small tolerance keeps light from passing between two triangles with a common edge.
     if (uv.x < -1e-5 || uv.y < -1e-5 || uv.x + uv.y > 1.00001) {
         return -1.0;
     }

@@ -1,5 +1,5 @@
-// The lobe in which a surface mirrors direct light, as few bits, and what it sends of it. One lobe stands for all
-// lights. Held by tests/device/functions_geometry.rs.
+// The lobe of a surface's specular reflection of direct light in a few bits, and its radiance. One lobe represents all
+// lights. Checked by tests/device/functions_geometry.rs.
 
 #include "common/albedo.glsl"
 #include "common/lobe.glsl"
@@ -8,14 +8,14 @@
 struct ItemLobe {
     vec3 light; // irradiance times f0, stored radiance
     float rise; // f90 over f0's brightest channel, 1 to 279
-    vec3 toward; // where it comes from, unit
+    vec3 toward; // unit direction to the light
     float alpha; // of GGX
 };
 
-const float DIELECTRIC_RISE = 25.0; // of an index of refraction of 1.5: it comes back exactly
+const float DIELECTRIC_RISE = 25.0; // of an index of refraction of 1.5, which is represented exactly
 
-// Eight bits a channel and five for an exponent that all share; ten bits for each coordinate of the direction on an
-// octahedron; nine for α, three of them in the first word; six for the logarithm of the rise.
+// Bits: eight per channel, and five for a common exponent; ten for each octahedral coordinate of the direction; nine
+// for α, three of them in the first word; six for the logarithm of the rise.
 uvec2 pack_item_lobe(ItemLobe l) {
     int exponent = clamp(int(ceil(log2(max(brightest(l.light), 1e-30)))), -15, 16);
     uvec3 channels = min(uvec3(round(l.light * exp2(float(8 - exponent)))), uvec3(255u));
@@ -35,12 +35,12 @@ ItemLobe unpack_item_lobe(uvec2 packed) {
         normalize(octahedron_point(at)), float(alpha) / 511.0);
 }
 
-// Stored radiance that it sends along unit o from a surface with unit normal n; both o and the light are above it.
+// Stored radiance that a surface with unit normal n reflects along unit o; both o and the light are above the surface.
 vec3 item_lobe_light(ItemLobe l, vec3 n, vec3 o) {
     vec3 h = normalize(l.toward + o);
     float nl = max(dot(n, l.toward), 1e-3);
     float no = max(dot(n, o), 1e-3);
     float nh = clamp(dot(n, h), 0.0, 1.0);
-    // At grazing incidence it is white.
+    // Reflection is white at grazing incidence.
     return schlick(l.light, l.rise * brightest(l.light), clamp(dot(o, h), 0.0, 1.0)) * ggx_lobe(l.alpha, nh, nl, no);
 }

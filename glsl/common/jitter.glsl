@@ -1,5 +1,5 @@
-// A number in [0, 1) for a seed of integers: a voxel, a pixel or a place's bits, and the turn of the animation's time
-// (D9).
+// A pseudo-random number in [0, 1) for a seed of integers: a voxel, a pixel or the bits of a place, and the hash of the
+// animation's time (D9).
 float jitter_hash(uvec4 seed) {
     // PCG, Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020.
     seed = seed * 1664525u + 1013904223u;

@@ -1,12 +1,12 @@
-// GGX's lobe. CPU twin: tests/twins/directions.rs.
+// The GGX lobe. CPU twin: tests/twins/directions.rs.
 
 #include "common/numbers.glsl"
 
-const float MIN_ALPHA = 1e-3; // roughness 0.03: a mirror's highlight of a point light has no finite value
+const float MIN_ALPHA = 1e-3; // roughness 0.03: the highlight of a point light in a mirror would be infinite
 
-// A normal among those that v sees, both in the frame about the surface's normal, with density G1(v) D(h) (v·h) / v.z
-// (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023).
-// `alpha`: along the frame's x and y.
+// A visible normal for v, both in the frame about the surface's normal, with density G1(v) D(h) (v·h) / v.z (Dupuy and
+// Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023). `alpha` holds the values along the frame's x and
+// y.
 vec3 visible_normal(vec2 alpha, vec3 v, vec2 u) {
     vec3 stretched = normalize(vec3(alpha * v.xy, v.z));
     float phi = 2.0 * PI * u.x;
@@ -20,14 +20,14 @@ vec3 visible_normal(float alpha, vec3 v, vec2 u) {
     return visible_normal(vec2(alpha), v, u);
 }
 
-// Smith's masking of one direction whose cosine to the normal is c.
+// Smith's masking of a direction with cosine c to the normal.
 float lobe_masking(float alpha, float c) {
     float a2 = alpha * alpha;
     return 2.0 * c / max(c + sqrt(a2 + (1.0 - a2) * c * c), 1e-6);
 }
 
-// D · V: the density of normals whose cosine is nh, and the masking of two directions, whose cosines are given, over
-// four times their product. Masking is separable, as in glTF's appendix B.
+// D · V: the density of normals with cosine nh, times the masking of two directions with the given cosines, divided by
+// four times the product of the cosines. Masking is separable, as in glTF's appendix B.
 float ggx_lobe(float alpha, float nh, float cosine, float other) {
     float a2 = alpha * alpha;
     float spread = nh * nh * (a2 - 1.0) + 1.0;
@@ -36,13 +36,13 @@ float ggx_lobe(float alpha, float nh, float cosine, float other) {
     return a2 / (PI * spread * spread) / (sum.x * sum.y);
 }
 
-// The masking of a direction, where α differs along the frame's x and y.
+// The masking of a direction if α differs along the frame's x and y.
 float lobe_masking(vec2 alpha, vec3 d) {
     return 2.0 * abs(d.z) / max(abs(d.z) + length(vec3(alpha * d.xy, d.z)), 1e-6);
 }
 
-// Tangent of the half angle of a cone as wide as half of the lobe, from roughness in [0, 1]; tests/twins/directions.rs
-// derives it.
+// Tangent of the half angle of a cone with half the width of the lobe, from roughness in [0, 1]; derived in
+// tests/twins/directions.rs.
 float ggx_aperture(float roughness) {
     float alpha = roughness * roughness;
     return 1.70 * alpha / (1.0 + 0.76 * alpha * alpha);

@@ -1,5 +1,5 @@
-// The way light goes on behind a surface. `incident`: unit, towards the surface; `normal`: of the side that it meets.
-// Total reflection reflects; thin walls do not bend. CPU twin: tests/twins/directions.rs.
+// The direction of light behind a surface. `incident` is a unit vector towards the surface, and `normal` is that of the
+// side that it meets. Total reflection reflects; thin walls do not refract. CPU twin: tests/twins/directions.rs.
 vec3 refraction_direction(vec3 incident, vec3 normal, float ior, bool back, bool thin) {
     if (thin) {
         return incident;

@@ -1,10 +1,10 @@
-// The order in which the blocks of a list are worked at. llvmpipe hands each processor one run of workgroups: with two
-// processors, the first had a half of the list to itself, and places that are dear stand beside each other.
+// The order in which the blocks of a list are processed. llvmpipe gives each processor a contiguous range of
+// workgroups, and expensive items are adjacent in a list, so processors would get uneven work.
 
-// How far apart in the list blocks are that stand beside each other in the dispatch: a prime.
+// The distance in the list of blocks that are adjacent in the dispatch: a prime.
 const uint BLOCK_STRIDE = 211u;
 
-// The block at `turn`, of `blocks`: every one has its turn.
+// The block at position `turn` of `blocks`; every block occurs once.
 uint block_at(uint turn, uint blocks) {
-    return turn * (blocks % BLOCK_STRIDE == 0u ? 1u : BLOCK_STRIDE) % blocks; // prime to their number
+    return turn * (blocks % BLOCK_STRIDE == 0u ? 1u : BLOCK_STRIDE) % blocks; // coprime to their number
 }

@@ -1,10 +1,10 @@
-// Reflectance of a thin film in air (KHR_materials_iridescence, after Belcour and Barla 2017): Airy's sum, two orders
-// of interference, seen through Gaussians that stand for the eye's sensitivities over wavenumbers.
+// Reflectance of a thin film in air (KHR_materials_iridescence, after Belcour and Barla 2017): Airy's sum with two
+// orders of interference, weighted by Gaussians that approximate the eye's sensitivities over wavenumbers.
 
 #include "common/albedo.glsl"
 #include "common/numbers.glsl"
 
-// The varying part of the sum for a difference of ways and a phase shift per channel.
+// The varying part of the sum for an optical path difference and a phase shift per channel.
 vec3 film_sensitivity(float path_nm, vec3 turn) {
     const vec3 HEIGHT = vec3(5.4856e-13, 4.4201e-13, 5.2481e-13) / 1.0685e-7;
     const vec3 MIDDLE = vec3(1.6810e6, 1.7953e6, 2.2084e6);
@@ -19,7 +19,7 @@ vec3 film_sensitivity(float path_nm, vec3 turn) {
     return REC709_FROM_XYZ * xyz;
 }
 
-// Over a base of reflectance f0 in air, for light that meets it under that cosine.
+// The film over a base of reflectance f0 in air, for light at that cosine.
 vec3 film_reflectance(float film_ior, float nm, vec3 f0, float cosine) {
     float ior = mix(1.0, film_ior, smoothstep(0.0, 0.03, nm));
     float cos2 = 1.0 - (1.0 - cosine * cosine) / (ior * ior);

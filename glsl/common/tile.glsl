@@ -1,6 +1,6 @@
-// Places of threads in squares of 16 by 16, for four workgroups of 64 each. Threads beside each other are four pixels
-// apart: of the squares in which directions differ (ground/interleave.glsl) they have the same place, and look along
-// the same directions.
+// Positions of threads in tiles of 16 by 16 pixels, each shared by four workgroups of 64. Adjacent threads are four
+// pixels apart, so that they have the same position in their squares of different directions (ground/interleave.glsl),
+// and trace the same directions.
 
 uvec2 place_in_tile(uint thread) {
     uvec2 square = uvec2(bitfieldExtract(thread, 0, 2), bitfieldExtract(thread, 2, 2));

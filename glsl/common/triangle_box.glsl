@@ -1,6 +1,7 @@
-// Exact triangle against voxel, by separating axes (Akenine-Möller, "Fast 3D Triangle-Box Overlap Testing", 2001).
+// Exact triangle/voxel test by separating axes (Akenine-Möller, "Fast 3D Triangle-Box Overlap Testing", 2001).
 
-// a·b with its rounding error, by Veltkamp's and Dekker's splitting: no fused multiply-add is guaranteed in Vulkan.
+// a·b and its rounding error, by Veltkamp's and Dekker's splitting, because Vulkan does not guarantee a fused
+// multiply-add.
 vec2 two_product(float a, float b) {
     precise float p = a * b;
     precise float ca = 4097.0 * a;
@@ -13,7 +14,7 @@ vec2 two_product(float a, float b) {
     return vec2(p, e);
 }
 
-// a·b − c·d to about one unit in the last place, however much cancels.
+// a·b − c·d to about one unit in the last place, despite cancellation.
 float difference_of_products(float a, float b, float c, float d) {
     vec2 ab = two_product(a, b);
     vec2 cd = two_product(c, d);
@@ -21,8 +22,8 @@ float difference_of_products(float a, float b, float c, float d) {
     return r;
 }
 
-// The normal of a triangle, not normalised. A plain cross product loses a sliver's plane: 128 voxels long and 0.01
-// wide, it is off by 0.1 voxel.
+// The normal of a triangle, not normalised. A plain cross product would lose the plane of a sliver: one that is 128
+// voxels long and 0.01 wide is off by 0.1 voxel.
 vec3 triangle_normal(vec3 a, vec3 b, vec3 c) {
     precise vec3 e = b - a;
     precise vec3 f = c - a;
@@ -30,8 +31,8 @@ vec3 triangle_normal(vec3 a, vec3 b, vec3 c) {
         difference_of_products(e.x, f.y, e.y, f.x));
 }
 
-// Whether the projections of v0, v1, v2 and of the unit cube about 0 on (u, v) ⟂ edge, in one coordinate plane, are
-// apart.
+// Whether the projections of v0, v1, v2 and of the unit cube about 0 on (u, v) ⟂ edge are disjoint, in one coordinate
+// plane.
 bool edge_separates(vec2 edge, vec2 v0, vec2 v1, vec2 v2) {
     precise vec3 p = vec3(edge.x * v0.y - edge.y * v0.x, edge.x * v1.y - edge.y * v1.x, edge.x * v2.y - edge.y * v2.x);
     float r = 0.5 * (abs(edge.x) + abs(edge.y));
@@ -43,7 +44,7 @@ bool edges_separate(vec3 e, vec3 v0, vec3 v1, vec3 v2) {
         || edge_separates(e.zx, v0.zx, v1.zx, v2.zx);
 }
 
-// Whether the triangle touches the closed unit cube about `center`; `normal` from triangle_normal.
+// Whether the triangle touches the closed unit cube about `center`; `normal` is from triangle_normal.
 bool triangle_touches_voxel(vec3 a, vec3 b, vec3 c, vec3 normal, vec3 center) {
     precise vec3 v0 = a - center;
     precise vec3 v1 = b - center;

@@ -1,15 +1,15 @@
-// Light on demand: a list item is lit only if something asks for its light. The first bounce lights all that are asked
-// for, the second one those among them that the image reads. No outcome depends on the order of asking.
+// Light on demand: a list item is lit only if its light is requested. The first bounce lights all requested items, and
+// the second one those among them that the image reads. The order of requests does not matter.
 
 #include "ground/counts.glsl"
 
 layout(scalar) buffer AskedItems { uint asked_items[]; }; // per list item, bits
-layout(scalar) writeonly buffer FirstItems { uint first_items[]; }; // to be lit by the first bounce,
-layout(scalar) writeonly buffer SecondItems { uint second_items[]; }; // and by the second one
+layout(scalar) writeonly buffer FirstItems { uint first_items[]; }; // items that the first bounce lights
+layout(scalar) writeonly buffer SecondItems { uint second_items[]; }; // items that the second bounce lights
 
 const uint ASKED_FIRST = 1u;
 const uint ASKED_SECOND = 2u;
-const uint ASKED_SPLIT = 4u; // it was looked for what cuts it
+const uint ASKED_SPLIT = 4u; // cuts of the item were searched
 
 void ask(uint item, uint bounces) {
     if ((~asked_items[item] & bounces) == 0u) {

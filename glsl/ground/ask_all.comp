@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Asks for the light of all items. A thread per occupied voxel.
+// Requests the light of all items. A thread per occupied voxel.
 
 #include "common/count.glsl"
 #include "ground/ask.glsl"

@@ -1,5 +1,5 @@
-// Attributes of a recorded triangle's corners beside positions: words one after another, only those that the scene's
-// materials read. src/ground/attributes.rs is the twin.
+// Attributes of a recorded triangle's corners except positions: a sequence of words with only those that the scene's
+// materials read. Twin: src/ground/attributes.rs.
 
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
@@ -12,7 +12,7 @@ struct Attributes {
 };
 
 uint tangent_words() {
-    // One condition: glslang takes the choice by two constants for a constant whose condition it computes later.
+    // A single condition: glslang treats a choice by two constants as a constant whose condition it computes later.
     return (FEATURES & (256u << SLOT_NORMAL | FEATURE_TANGENTS)) == 0u ? 0u : 4u;
 }
 
@@ -25,7 +25,7 @@ uint color_words() {
     return feature(FEATURE_COLORS) ? 2u : 0u;
 }
 
-// Where the words of a triangle's corner begin: normal, tangent, uv, colour.
+// The first words of a corner's normal, tangent, uv and colour.
 uint corner_place(uint triangle, uint corner) {
     return (3u * triangle + corner) * (3u + tangent_words() + uv_words() + color_words());
 }

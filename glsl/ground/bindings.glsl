@@ -1,5 +1,5 @@
-// Data that every method reads: the frame, the scene, the lists. A shader that writes globals or heads
-// defines WRITES_GLOBALS or WRITES_HEADS.
+// Data that every method reads: the frame, the scene, the lists. A shader that writes globals or heads defines
+// WRITES_GLOBALS or WRITES_HEADS.
 
 #include "ground/constants.glsl"
 #include "ground/frame.glsl"

@@ -1,7 +1,6 @@
-// Boxes of voxels, one within the other. Box 0 is the base grid; each further one has as many voxels, a quarter as
-// wide, and what it holds is not listed in the one about it. Triangles, rays and points are counted in voxels of box 0,
-// what happens within one voxel in its own box's. Without further boxes all of it is a constant. CPU twin:
-// src/ground/boxes.rs.
+// Nested boxes of voxels. Box 0 is the base grid. Each further box has as many voxels, a quarter as wide, and its
+// content is not listed in the box around it. Triangles, rays and points are in voxels of box 0; positions within one
+// voxel are in those of its box. Without further boxes all of this is constant. CPU twin: src/ground/boxes.rs.
 
 #include "common/hit_triangle.glsl"
 #include "ground/frame.glsl"
@@ -9,8 +8,8 @@
 
 struct Box {
     uint number;
-    float scale; // its voxels per voxel of box 0
-    vec3 begin; // where it begins, in its voxels from where box 0 does
+    float scale; // voxels of the box per voxel of box 0
+    vec3 begin; // origin of the box in its own voxels
 };
 
 Box make_box(uint number, vec3 corner) {
@@ -22,14 +21,14 @@ Box box_numbered(uint number) {
     return make_box(number, frame.boxes[max(number, 1u) - 1u]);
 }
 
-// Whether box `number`, which begins at `corner`, holds a point.
+// Whether box `number`, whose least corner is `corner`, contains a point.
 bool box_holds(uint number, vec3 corner, vec3 p) {
     vec3 from = p - corner;
     float side = float(EDGE) / float(1u << 2u * number);
     return all(greaterThanEqual(from, vec3(0.0))) && all(lessThan(from, vec3(side)));
 }
 
-// The smallest that holds a point.
+// The smallest box that contains a point.
 Box box_at(vec3 p) {
     uint number = 0u;
     for (uint i = 1u; i <= BOXES; i++) {
@@ -38,7 +37,7 @@ Box box_at(vec3 p) {
     return box_numbered(number);
 }
 
-// The smallest box that held a point when the lists before these were made.
+// The smallest box that contained a point when the previous lists were made.
 Box last_box_at(vec3 p) {
     uint number = 0u;
     for (uint i = 1u; i <= BOXES; i++) {
@@ -47,7 +46,7 @@ Box last_box_at(vec3 p) {
     return make_box(number, frame.last_boxes[max(number, 1u) - 1u]);
 }
 
-// The box of a voxel, by its place among the heads.
+// The box of a voxel, by its index among the heads.
 Box box_of(uint voxel) {
     return box_numbered(BOXES == 0u ? 0u : voxel / (EDGE * EDGE * EDGE));
 }
@@ -56,7 +55,7 @@ uvec3 cell_in(Box box, uint voxel) {
     return cell_at(voxel - box.number * (EDGE * EDGE * EDGE), EDGE);
 }
 
-// The nearest cell's place among the heads.
+// The index of the nearest cell among the heads.
 uint voxel_in(Box box, ivec3 cell) {
     return box.number * (EDGE * EDGE * EDGE) + uint(head_index(clamp(cell, ivec3(0), ivec3(int(EDGE) - 1))));
 }
@@ -73,7 +72,7 @@ vec3 from_box(Box box, vec3 p) {
     return (p + box.begin) / box.scale;
 }
 
-// Whether the next smaller box has what is in a cell.
+// Whether the next smaller box lists the content of a cell.
 bool is_covered(Box box, ivec3 cell) {
     if (box.number >= BOXES) {
         return false;
@@ -82,7 +81,7 @@ bool is_covered(Box box, ivec3 cell) {
     return all(greaterThanEqual(from, ivec3(0))) && all(lessThan(from, ivec3(int(EDGE / 4u))));
 }
 
-// How far off a surface rays start, in voxels of box 0: as far as rounding asks for there, however small the box's are.
+// The offset of ray origins from a surface in voxels of box 0: that of rounding there, even in smaller boxes.
 float ray_start_in(Box box) {
     return RAY_START * max(1.0 / box.scale, 0.0625);
 }

@@ -1,22 +1,22 @@
-// glTF 2.0, appendix B: Lambert and GGX with Schlick's Fresnel. π stands here and nowhere else.
+// glTF 2.0, appendix B: Lambert and GGX with Schlick's Fresnel. π occurs only in this file.
 
 #include "common/albedo.glsl"
 #include "common/lobe.glsl"
 #include "ground/surface.glsl"
 #include "ground/layers.glsl"
 
-// A voxel has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and sent
-// evenly.
+// A voxel has no viewer: the specular lobe's albedo is taken at the mean cosine of Lambertian light, 2/3, and reflected
+// uniformly.
 const float MEAN_COSINE = 0.6666667;
 
 struct Brdf {
     vec3 diffuse;
     vec3 specular;
     vec3 sheen;
-    vec3 coat; // times the cosine to its own normal over that to the surface's
+    vec3 coat; // times the cosine to its own normal over that to the surface's normal
 };
 
-// Adds what lies over a surface, and takes its share from what it has.
+// Adds the layers over a surface, and reduces the surface's own reflection.
 void add_layers(inout Brdf f, Surface s, vec3 v, vec3 l) {
     float nl = max(dot(s.normal, l), 1e-4);
     float nv = max(abs(dot(s.normal, v)), 1e-4);
@@ -39,7 +39,7 @@ void add_layers(inout Brdf f, Surface s, vec3 v, vec3 l) {
     }
 }
 
-// Towards l, looking from v; unit vectors.
+// Reflection towards l for a view along v; both are unit vectors.
 Brdf brdf(Surface s, vec3 v, vec3 l) {
     Brdf f = Brdf(s.diffuse / PI, vec3(0.0), vec3(0.0), vec3(0.0));
     float nl = max(dot(s.normal, l), 0.0);
@@ -66,13 +66,13 @@ Brdf brdf(Surface s, vec3 v, vec3 l) {
     return f;
 }
 
-// Share of a lamp's, or the sky's bright part's, reflection that points on it find; the rest is one mirrored ray's,
-// which finds all of it in what is smooth, where points miss the lobe.
+// The share of the reflection of a lamp, or of the sky's bright part, that points on it find. The mirrored ray finds
+// the rest, and all of it for smooth surfaces, whose lobe points miss.
 float lamps_in_lobe(float roughness) {
     return smoothstep(0.15, 0.35, roughness);
 }
 
-// The α of a surface's narrowest specular lobe; 1 if it has none.
+// The α of the narrowest specular lobe of a surface; 1 without one.
 float narrowest_alpha(Surface s) {
     float roughness = feature(FEATURE_SPECULAR) ? s.roughness : 1.0;
     if (feature(FEATURE_CLEARCOAT)) {
@@ -81,7 +81,7 @@ float narrowest_alpha(Surface s) {
     return roughness * roughness;
 }
 
-// BRDF × cos θ. `mirrored`: single rays find the light in what is smooth.
+// BRDF × cos θ. With `mirrored`, single rays find the light in smooth surfaces.
 vec3 brdf_cos(Surface s, vec3 v, vec3 l, bool mirrored) {
     Brdf f = brdf(s, v, l);
     float specular = mirrored ? lamps_in_lobe(s.roughness) : 1.0;
@@ -92,16 +92,16 @@ vec3 brdf_cos(Surface s, vec3 v, vec3 l, bool mirrored) {
     return sum * max(dot(s.normal, l), 0.0);
 }
 
-// Shares of light from all around that go towards a viewer.
+// The shares of uniform light from all directions that reach a viewer.
 struct Lobes {
     vec3 specular;
-    float rest; // what is left for the transmitted part
-    float diffuse; // and for the diffuse one: less, since rough microfacets mask much of what Fresnel takes from it
+    float rest; // the remaining share for transmission
+    float diffuse; // the share for diffuse light: less, because rough microfacets mask much of the Fresnel share
     vec3 sheen;
     float coat;
 };
 
-// Towards a viewer that sees the surface under the cosine nv, and its coat under another.
+// The shares for a viewer at cosine nv to the surface, and at another cosine to its coat.
 Lobes lobes_under(Surface s, float nv, float coat_nv) {
     s = without_film(s, nv);
     vec3 specular = specular_albedo(s.f0, s.f90, s.roughness, nv);
@@ -128,22 +128,22 @@ Lobes lobes_towards(Surface s, vec3 view) {
     return lobes_under(s, max(dot(s.normal, view), 0.0), abs(dot(s.finish.coat_normal, view)));
 }
 
-// A surface as a viewer sees it.
+// A surface as seen by a viewer.
 struct Viewed {
     vec3 view; // unit, towards the viewer
     Lobes lobes;
     bool back; // the side against the winding
-    float bend; // how far the normal turns over half a pixel, radians
-    vec3 gathered; // stored radiance that its specular lobe sends of gathered light, where a method gathers for it
+    float bend; // change of the normal over half a pixel, radians
+    vec3 gathered; // stored radiance of its specular lobe from gathered light, if a method gathers for it
 };
 
-// Light that a surface sends to a viewer: a method's look-up adds to it.
+// Light that a surface sends to a viewer, to which a method's look-up adds.
 struct Outgoing {
     vec3 direct; // radiance
     vec3 indirect; // stored radiance: × frame.scale
 };
 
-// The surface under its layers and its film, as looks along its lobes see it.
+// The surface under its layers and film, for rays along its lobes.
 Surface under_layers(Surface s, Viewed v) {
     if (feature(FEATURE_LAYERS | FEATURE_IRIDESCENCE)) {
         float nv = max(dot(s.normal, v.view), 0.0);
@@ -161,7 +161,7 @@ Lobes coat_lobes(Lobes lobes) {
     return Lobes(vec3(lobes.coat), 0.0, 0.0, vec3(0.0), 0.0);
 }
 
-// The coat alone, as the same viewer sees it.
+// The coat alone, for the same viewer.
 Viewed coat_viewed(Viewed v) {
     return Viewed(v.view, coat_lobes(v.lobes), v.back, v.bend, v.gathered);
 }

@@ -1,4 +1,4 @@
-// Occupied cells of one level, a thread each. Their order is the voxeliser's race: no result may depend on it.
+// Occupied cells of one level, a thread each. Their order varies between runs, so no result may depend on it.
 
 #include "ground/counts.glsl"
 #include "ground/heads.glsl"

@@ -1,11 +1,11 @@
-// The lengths of the lists of occupied cells, a level each, and of the lists of items (ground/constants.glsl).
+// The lengths of the lists of occupied cells, one per level, and of the lists of items (ground/constants.glsl).
 
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 
 layout(scalar) buffer CellCounts { ListCount cell_counts[]; };
 
-// Counts one more; where it goes in its list.
+// Counts one more entry; returns its index in the list.
 uint take_place(uint entry) {
     uint place = atomicAdd(cell_counts[entry].count, 1u);
     if (place % 64u == 0u && place / 64u < MOST_GROUPS) {

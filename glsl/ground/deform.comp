@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Deforms the vertices of one mesh: morph targets first, then the mean of its joints' matrices. src/scene/deform.rs is
-// the twin.
+// Deforms the vertices of one mesh: morph targets first, then the mean of its joints' matrices. Twin:
+// src/scene/deform.rs.
 
 #include "common/count.glsl"
 
@@ -65,7 +65,7 @@ vec3 linear(mat3 rows, vec3 v) {
     return vec3(dot(rows[0], v), dot(rows[1], v), dot(rows[2], v));
 }
 
-// Scaled first, so that no square overflows or vanishes.
+// The vector is scaled first, so that no square overflows or vanishes.
 vec3 unit_or(vec3 v, vec3 other) {
     vec3 a = abs(v);
     float largest = max(a.x, max(a.y, a.z));
@@ -87,7 +87,7 @@ Deformed deformed(uint v) {
         }
         mat3 m = mat3(rows[0].xyz, rows[1].xyz, rows[2].xyz); // columns of this are rows of the joint's
         vertex.position = linear(m, vertex.position) + vec3(rows[0].w, rows[1].w, rows[2].w);
-        // The inverse transpose up to a factor that keeps its side.
+        // The inverse transpose up to a positive factor.
         vertex.normal = linear(mat3(cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])), vertex.normal);
         vertex.tangent = linear(m, vertex.tangent);
     }
@@ -114,7 +114,7 @@ void main() {
         write3(place, vertex.position);
         write3(place + 3u, unit_or(normal, read3(base + 3u)));
         if ((push.flags & HAS_TANGENTS) != 0u) {
-            write3(place + 6u, unit_or(vertex.tangent, read3(base + 6u))); // its sign stays
+            write3(place + 6u, unit_or(vertex.tangent, read3(base + 6u))); // the sign is unchanged
         }
     }
 }

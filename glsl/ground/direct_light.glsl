@@ -1,13 +1,13 @@
-// Direct light on a surface, with its shadows: lights, and points on sampled lamps.
-// A method that has shadows of its own defines METHOD_SHADOWS and method_shadow() before this file.
+// Direct light on a surface with its shadows: lights, and points on sampled lamps. A method with its own shadows
+// defines METHOD_SHADOWS and method_shadow() before this file.
 
 #include "ground/place_random.glsl"
 #include "ground/lights.glsl"
 #include "ground/lamps.glsl"
 #include "ground/ray.glsl"
 
-// The lit share of a light's disc, by rays to points spread evenly over it and turned from surface to surface; a single
-// ray goes to its middle. The samples of a pixel share the points: this is one of `parts`.
+// The lit share of a light's disc, by rays to points that are spread evenly over it and rotated from surface to
+// surface; a single ray goes to its middle. The samples of a pixel share the points; this is one of `parts` samples.
 vec3 shadow_rays(Light light, LightSample to, Surface s, vec3 position, uint part, uint parts) {
     bool far = is_far(light);
     bool soft = light.radius > 0.0 && SHADOW_RAYS > 1u;
@@ -27,7 +27,7 @@ vec3 shadow_rays(Light light, LightSample to, Surface s, vec3 position, uint par
     return open / float(count);
 }
 
-// The share of a light that reaches a point of a surface, per channel; of a pixel's `parts` samples the point is one.
+// The share of a light that reaches a point of a surface, per channel. The point is one of a pixel's `parts` samples.
 vec3 shadow_towards(Light light, LightSample to, Surface s, vec3 position, uint part, uint parts) {
     if (SHADOWS == SHADOWS_RAYS) {
         return shadow_rays(light, to, s, position, part, parts);
@@ -49,9 +49,10 @@ vec3 shadow_towards_point(vec3 position, vec3 facet, vec3 point) {
         return vec3(1.0);
     }
     vec3 origin = ray_start(position, facet, point - position);
-    // Not from the position: along a slanting way the start is nearer to the lamp by more than itself.
+    // The distance is not measured from the position: along a slanting ray, the origin is nearer to the lamp by more
+    // than the offset.
     vec3 to = point - origin;
     float distance = length(to);
-    // Short of the lamp, which is listed like any triangle.
+    // The ray ends before the lamp, which is listed like any triangle.
     return trace_shadow_ray(origin, to / max(distance, 1e-6), distance * 0.9999 - ray_start_at(point));
 }

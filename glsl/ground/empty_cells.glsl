@@ -21,7 +21,7 @@ void main() {
     uint stride = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
     uint i = gl_GlobalInvocationID.x;
     while (i < count) {
-        // Most are occupied again: they are passed in a loop of their own.
+        // Most cells are occupied again, and are skipped in a loop of their own.
         while (i < count && occupied_now(cells[push.first + i])) {
             i += stride;
         }

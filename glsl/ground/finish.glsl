@@ -1,26 +1,26 @@
-// Parameters that six extensions add to a material: read where a material has it, behind the texture levels, in rows of
-// four words. src/ground/finish.rs is the twin.
+// Parameters of six material extensions: rows of four words after the texture levels, for materials that have them.
+// Twin: src/ground/finish.rs.
 
 #include "common/sheen.glsl"
 #include "ground/texture.glsl"
 
 struct Finish {
-    vec3 coat_normal; // unit, on the side looked at
+    vec3 coat_normal; // unit, on the visible side
     float coat; // covered share
     float coat_roughness;
     vec3 sheen;
     float sheen_roughness;
-    uint sheen_table; // where the albedo of a white sheen begins, rows
+    uint sheen_table; // first row of the albedo table of a white sheen
     vec3 grain; // along the larger roughness, in the plane of the normal, unit
-    float along; // GGX's α there; 0: the same all around
+    float along; // GGX's α along the grain; 0: isotropic
     float across;
     float film; // share
     float film_ior;
     float film_nm;
-    vec3 film_f0; // of the dielectric under it,
-    vec4 film_metal; // and of the metal: its share in w
-    vec3 diffused; // albedo of what is scattered to the far side,
-    float through; // and its share of the diffuse part
+    vec3 film_f0; // of the dielectric under the film
+    vec4 film_metal; // of the metal under the film, with its share in w
+    vec3 diffused; // albedo of light that is scattered to the far side
+    float through; // its share of the diffuse part
 };
 
 const Finish NO_FINISH = Finish(vec3(0.0, 0.0, 1.0), 0.0, 1.0, vec3(0.0), 1.0, 0u, vec3(0.0), 0.0, 0.0, 0.0, 1.0, 0.0,
@@ -51,7 +51,8 @@ vec4 finish_row(uint row) {
     return uintBitsToFloat(finish_words(row));
 }
 
-// Texels of all slots there, white where there is no texture. A loop: drivers would copy the filter for every slot.
+// Texels of all slots at the point; white without a texture. This is a loop, because drivers would inline the filter
+// for every slot.
 void read_finish_texels(uint first, vec4 uv, Footprint footprint, out vec4 texels[FINISH_SLOTS]) {
     for (uint slot = 0u; slot < FINISH_SLOTS; slot++) {
         texels[slot] = vec4(1.0);
@@ -73,7 +74,7 @@ float sheen_table_at(uint table, uint word) {
     return finish_row(table + word / 4u)[word % 4u];
 }
 
-// From the table that begins at that word.
+// A value of the table that begins at that word.
 float sheen_table(Finish f, uint first, float nv) {
     vec2 at = clamp(vec2((f.sheen_roughness - SHEEN_ROUGHNESS_MIN) / (1.0 - SHEEN_ROUGHNESS_MIN), sqrt(max(nv, 0.0))),
                   0.0, 1.0)
@@ -86,17 +87,18 @@ float sheen_table(Finish f, uint first, float nv) {
         mix(sheen_table_at(f.sheen_table, next), sheen_table_at(f.sheen_table, next + 1u), part.y), part.x);
 }
 
-// Share of light from all around that a white sheen sends to a viewer; more than 1 near grazing if it is smooth.
+// The share of uniform light from all directions that a white sheen reflects to a viewer; above 1 near grazing if
+// smooth.
 float sheen_albedo(Finish f, float nv) {
     return sheen_table(f, 0u, nv);
 }
 
-// And that it keeps from what lies below it.
+// The share that it keeps from the layers below.
 float sheen_taken(Finish f, float nv) {
     return sheen_table(f, (SHEEN_STEPS + 1u) * (SHEEN_STEPS + 1u), nv);
 }
 
-// A normal or direction of the tangent frame about n; n where it has none.
+// A normal or direction of the tangent frame about n; n without one.
 vec3 from_tangent_frame(vec3 n, vec4 tangent, vec3 local) {
     vec3 bitangent = cross(n, tangent.xyz) * (tangent.w < 0.0 ? -1.0 : 1.0);
     vec3 d = tangent.xyz * local.x + bitangent * local.y + n * local.z;
@@ -104,7 +106,7 @@ vec3 from_tangent_frame(vec3 n, vec4 tangent, vec3 local) {
     return d_length > 1e-6 ? d / d_length : n;
 }
 
-// `n`: the interpolated normal of the front; `normal`: the shading normal.
+// `n` is the interpolated normal of the front, and `normal` the shading normal.
 Finish evaluate_finish(
     Material m, vec4 uv, Footprint footprint, vec3 n, vec4 tangent, vec3 normal, float side, float roughness) {
     Finish f = NO_FINISH;

@@ -1,8 +1,8 @@
-// The constants of a whole frame, and behind it the map of the sky.
+// The uniforms of a frame, followed by the map of the sky.
 
 #include "ground/layout.glsl"
 
 layout(scalar) readonly buffer FrameBuffer {
     Frame frame;
-    uint sky_words[]; // texels of the sky's map and of its levels
+    uint sky_words[]; // texels of the sky's map and its levels
 };

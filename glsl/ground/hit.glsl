@@ -1,16 +1,16 @@
-// Triangles that a ray may hit, whichever way it finds them: ground/walk.glsl and ground/query.glsl.
+// Triangles that a ray may hit, for both tracers: ground/walk.glsl and ground/query.glsl.
 #include "common/count.glsl"
 #include "common/hit_triangle.glsl"
 #include "ground/surface.glsl"
 
-// Tests the triangle at place `triangle`.
+// Tests the triangle with index `triangle`.
 float hit_recorded(uint triangle, vec3 origin, vec3 d, out vec2 uv) {
     COUNT(CORNERS, 3u);
     return hit_triangle(
         origin, d, triangles[triangle].corners[0], triangles[triangle].corners[1], triangles[triangle].corners[2], uv);
 }
 
-// Its material at a place on it: base colour and alpha.
+// The material at a point of the triangle: base colour and alpha.
 vec4 triangle_color(Material m, Attributes attributes, vec2 uv, out vec4 at) {
     vec3 weights = vec3(1.0 - uv.x - uv.y, uv.x, uv.y);
     at = between(attributes.uvs, weights);
@@ -18,7 +18,7 @@ vec4 triangle_color(Material m, Attributes attributes, vec2 uv, out vec4 at) {
     return vec4(base.rgb, surface_alpha(m, base.a));
 }
 
-// Share of light that passes a triangle, per channel.
+// The share of light that passes a triangle, per channel.
 vec3 triangle_transmittance(uint triangle, vec2 uv) {
     Material m = materials[triangles[triangle].material];
     Attributes attributes = attributes_of(triangle);
@@ -40,7 +40,7 @@ vec3 triangle_transmittance(uint triangle, vec2 uv) {
     return mix(vec3(1.0), base.rgb * transmission, base.a);
 }
 
-// Light that passes surfaces, as optical depth in fixed point: the order of the hits cannot matter.
+// The light that passes surfaces, as optical depth in fixed point, so that the order of hits does not matter.
 uvec3 optical_depth(vec3 passed) {
     return uvec3(min(-log2(max(passed, vec3(1e-9))), vec3(31.0)) * 65536.0);
 }
@@ -50,19 +50,19 @@ vec3 light_after(uvec3 depth) {
 }
 
 struct RayHit {
-    uint triangle; // 1-based; 0: nothing
+    uint triangle; // 1-based; 0: no hit
     vec2 uv; // barycentric weights of b and c
     float distance;
 };
 
-// Whether a triangle that is hit at that distance is nearer than `best`. Equal distances: the order of the triangles is
-// the GPU's to choose, the image must not be.
+// Whether a triangle that is hit at that distance is nearer than `best`. Ties are decided by the source, because the
+// GPU determines the order of triangles, and the image must not depend on it.
 bool is_nearer(float distance, uint place, RayHit best) {
     return distance < best.distance
         || (distance == best.distance && triangles[place].source <= triangles[max(best.triangle, 1u) - 1u].source);
 }
 
-// Whether a mask leaves anything of the triangle there.
+// Whether a mask leaves the point of the triangle.
 bool is_present(uint triangle, vec2 uv) {
     Material m = materials[triangles[triangle].material];
     COUNT(MATERIALS, 1u);

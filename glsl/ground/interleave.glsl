@@ -2,8 +2,8 @@
 
 #include "ground/constants.glsl"
 
-// Of the pixels or voxels of a square (or, for voxels, of any plane through a cube), each has a shift of its own,
-// evenly spread over the unit square: Hammersley's points.
+// Each pixel of a square (or each voxel in any plane through a cube) has its own shift; the shifts are spread evenly
+// over the unit square: Hammersley's points.
 vec2 interleaved_shift(uvec3 at) {
     const uint count = INTERLEAVE * INTERLEAVE;
     uint k = (at.x + at.z) % INTERLEAVE + INTERLEAVE * ((at.y + at.z) % INTERLEAVE);

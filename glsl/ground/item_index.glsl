@@ -1,20 +1,20 @@
-// Where the list item of a triangle in a voxel is: a hash table with open addressing, of which two thirds are taken at
-// most. It lies behind the heads of all voxels' lists, since devices bind few buffers at once. No outcome depends on
-// the order in which items entered it.
+// An index from triangle and voxel to list item: a hash table with open addressing, which is at most two thirds full.
+// It follows the heads of all voxels' lists, because devices bind few buffers at once. The result does not depend on
+// the order in which items were added.
 
 #include "common/count.glsl"
 #include "ground/bindings.glsl"
 
-const uint INDEX_FIRST = (1u + BOXES) * EDGE * EDGE * EDGE; // among the heads; items, 1-based; 0: free
+const uint INDEX_FIRST = (1u + BOXES) * EDGE * EDGE * EDGE; // among the heads; entries are items, 1-based; 0: free
 
-// Places of the table, a power of two; 0 where a method makes none.
+// The size of the table, a power of two; 0 if a method makes none.
 uint index_places() {
     return uint(heads.length()) - INDEX_FIRST;
 }
 
-// The first place of an item, from 0 on.
+// The first index of an item in the table.
 uint index_place(uint triangle, uint voxel) {
-    // Odd numbers near 2³² divided by the golden ratio and by √2, and a last mix of the high bits into the low ones.
+    // Odd numbers near 2³² divided by the golden ratio and by √2, and a final mix of the high bits into the low ones.
     uint hash = (triangle * 0x9e3779b1u) ^ (voxel * 0xb504f333u);
     hash = (hash ^ hash >> 15u) * 0x85ebca77u;
     return (hash ^ hash >> 13u) & index_places() - 1u;
@@ -25,7 +25,7 @@ uint index_after(uint place) {
 }
 
 #ifdef WRITES_HEADS
-// Enters an item, 1-based.
+// Adds an item, 1-based.
 void enter_item(uint item, uint triangle, uint voxel) {
     uint place = index_place(triangle, voxel);
     bool entered = false;
@@ -37,7 +37,7 @@ void enter_item(uint item, uint triangle, uint voxel) {
 }
 #endif
 
-// 1-based: the item of a recorded triangle in a voxel; 0 if there is none.
+// The item of a recorded triangle in a voxel, 1-based; 0 if there is none.
 uint item_in(uint triangle, uint voxel) {
     uint found = 0u;
     uint place = index_place(triangle, voxel);

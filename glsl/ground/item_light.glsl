@@ -1,15 +1,15 @@
-// The light that a list's item sends of its voxel, on each side: direct light and emission, and with LOOK_UP what a
-// method looks up. A method that keeps the direct light of specular lobes apart defines METHOD_LOBES, keep_lobe() and
-// keep_no_lobe() before this file, which tell them the stored irradiance, what is mirrored of it, had it been sent
-// evenly, and the mean of the unit directions to the lights; it answers with the share that it keeps. A method that
+// The light of a list's item in its voxel, for each side: direct light and emission and, with LOOK_UP, the method's
+// look-up. A method that stores the direct light of specular lobes separately defines METHOD_LOBES, keep_lobe() and
+// keep_no_lobe() before this file. These receive the stored irradiance, its specularly reflected part as uniform light,
+// and the mean of the unit directions to the lights, and keep_lobe() returns the share that it keeps. A method that
 // lights other points than the middle of an item's part defines METHOD_POINTS before this file.
 //! per method
 //! with LOOK_UP except none
 //! given const bool CLIPS_ITEMS = true;
 //! given const bool LIGHTS_FRONTS = false;
-// The includer says with `const bool CLIPS_ITEMS` whether the triangle is clipped to the voxel (else the point nearest
-// to the voxel's middle stands for it), and with `const bool LIGHTS_FRONTS` whether just the front is lit, whatever it
-// fills.
+// The includer declares `const bool CLIPS_ITEMS`: whether the triangle is clipped to the voxel (otherwise the point
+// nearest to the voxel's middle represents it), and `const bool LIGHTS_FRONTS`: whether only the front is lit, for
+// fills without areas.
 
 #define LIGHTS_ITEMS
 
@@ -27,7 +27,7 @@ layout(scalar) buffer DirectLight { vec3 direct_light[]; }; // per list item and
 #include "method/item_point.glsl"
 #endif
 
-// Irradiance of one side by lights and sampled lamps; where it comes from, weighted by how much, is added to `toward`.
+// Irradiance of one side by lights and sampled lamps. Its directions, weighted by brightness, are added to `toward`.
 vec3 irradiance_on(Surface s, inout vec4 toward) {
     vec3 irradiance = vec3(0.0);
     for (uint i = 0u; i < frame.light_count; i++) {
@@ -51,13 +51,13 @@ vec3 irradiance_on(Surface s, inout vec4 toward) {
     return irradiance;
 }
 
-// The sides of a surface whose light gets to where it is sent: its own, and the far one of what lets light through.
-// Loops over them name what finds light once: drivers copy that into every place that calls it.
+// The sides of a surface whose light is sent: its own side, and the far side if it lets light through. Loops over them
+// name the light computation once, because drivers inline it at every call.
 uint lit_sides(Surface s) {
     return sends_through(s) ? 2u : 1u;
 }
 
-// Stored radiance that lights and sampled lamps make one side send, and what it emits itself. `place`: of its lobe.
+// Stored radiance of one side from lights and sampled lamps, with its emission. `place` is that of its lobe.
 vec3 item_direct_light(Surface s, Lobes lobes, uint place) {
     vec3 irradiance = vec3(0.0);
     vec3 through = vec3(0.0);
@@ -98,11 +98,11 @@ void keep_direct(uint place, vec3 stored) {
     }
 }
 
-// Light that one side sends: stored radiance, not yet times opacity. `place`: among the direct lights.
+// The light of one side: stored radiance without opacity. `place` is its index among the direct lights.
 vec3 light_side(Surface s, uvec3 voxel, uint place) {
     if (s.unlit) {
         keep_direct(place, vec3(0.0));
-        return vec3(0.0); // neither lit nor lighting
+        return vec3(0.0); // neither lit nor emitting
     }
     Lobes lobes = lobes_at(s, MEAN_COSINE);
     vec3 stored;
@@ -133,8 +133,8 @@ vec3 light_side(Surface s, uvec3 voxel, uint place) {
     return clamp(stored, vec3(0.0), vec3(LARGEST_STORED));
 }
 
-// Item `index` of the lists, a part of `triangle`: cut to its voxel and lit on each of its sides. `corners`: in voxels
-// of the lists' own grid, as `voxel` is.
+// Item `index` of the lists, a part of `triangle`: clipped to its voxel and lit on each side. `corners` and `voxel` are
+// in voxels of the lists' own grid.
 ItemLight light_item(uint index, uint triangle, mat3 corners, uvec3 voxel) {
     Triangle t = triangles[triangle];
     Attributes attributes = attributes_of(triangle);
@@ -158,7 +158,7 @@ ItemLight light_item(uint index, uint triangle, mat3 corners, uvec3 voxel) {
     }
     Footprint footprint = footprint_over(attributes, corners);
 #ifdef METHOD_POINTS
-    // A mask filtered over the voxel would be all or nothing, and its colours those of what is cut away too.
+    // A mask filtered over the voxel would be all or nothing, and its colours would include those that are cut away.
     if (feature(FEATURE_ALPHA) && (materials[t.material].flags & MATERIAL_MASK) != 0u) {
         footprint = POINT;
     }
@@ -177,7 +177,7 @@ ItemLight light_item(uint index, uint triangle, mat3 corners, uvec3 voxel) {
 #endif
     uint sides = fills ? two_sided ? 2u : 1u : 0u;
     for (uint side = sides; side < 2u; side++) {
-        keep_direct(2u * index + side, vec3(0.0)); // mirrors may show glass, which keeps no light
+        keep_direct(2u * index + side, vec3(0.0)); // mirrors may show glass, which stores no light
     }
     for (uint side = 0u; side < sides; side++) {
         front = back;

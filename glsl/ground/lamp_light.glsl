@@ -1,6 +1,5 @@
-// Light of sampled lamps on a surface (lights.lamps = sampled), as seen by a viewer.
-// A method whose rays find a part of what lobes mirror of lamps defines METHOD_LAMP_SHARES and method_lamp_shares()
-// before this file.
+// Light of sampled lamps on a surface (lights.lamps = sampled), for a viewer. A method whose rays find a part of the
+// specular reflection of lamps defines METHOD_LAMP_SHARES and method_lamp_shares() before this file.
 
 #include "ground/brdf.glsl"
 #include "common/refraction.glsl"
@@ -9,7 +8,7 @@
 struct LampLight {
     vec3 diffuse; // irradiance / π
     vec3 specular; // radiance: the share that points on lamps find
-    float open; // share of the irradiance that no shadow takes
+    float open; // unshadowed share of the irradiance
 };
 
 LampLight no_lamp_light() {
@@ -54,8 +53,8 @@ LampLight lamp_light(Surface s, vec3 view) {
     return sum;
 }
 
-// The lamps that single rays find, for methods whose look-up does not: mirrored in what is smooth, and behind what
-// transmits.
+// Lamps that single rays find, for methods whose look-up does not: reflections in smooth surfaces, and light behind
+// transmitting ones.
 vec3 lamps_along_rays(Surface s, Viewed v) {
     vec3 sum = vec3(0.0);
     float smooth_share = 1.0 - lamps_in_lobe(s.roughness);

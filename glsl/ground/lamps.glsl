@@ -7,17 +7,17 @@
 
 struct LampPoint {
     vec3 point; // voxels
-    vec3 irradiance; // what the piece stands for would give a surface with that normal, if nothing stood between
-    float here; // the irradiance if all of the piece were seen as its part about the point is, over that of the piece
+    vec3 irradiance; // irradiance of a surface with that normal from the represented lamps without occlusion
+    float here; // irradiance if all of the piece were visible like its part around the point, over its own
     vec3 normal; // unit, of the piece's front
     float shine; // of the piece
 };
 
 // Irradiance over radiance from the front of triangle abc at the origin, on a surface with unit normal n: Lambert's sum
-// over the edges of what lies above the horizon. Positive if the origin sees the front, negative if the back.
+// over the edges of the part above the horizon. Positive if the origin sees the front, negative if the back.
 float triangle_irradiance(vec3 a, vec3 b, vec3 c, vec3 n) {
     vec3 corners[3] = vec3[3](a, b, c);
-    vec3 leave = vec3(0.0); // where the outline goes below the horizon, and where it comes up again
+    vec3 leave = vec3(0.0); // the points where the outline crosses the horizon
     vec3 enter = vec3(0.0);
     bool crossed = false;
     float sum = 0.0;
@@ -36,7 +36,7 @@ float triangle_irradiance(vec3 a, vec3 b, vec3 c, vec3 n) {
         crossed = crossed || crosses;
         u = crosses && hu < 0.0 ? crossing : u;
         v = crosses && hu >= 0.0 ? crossing : v;
-        // Of the difference: no cancellation where the triangle is small and far.
+        // The formula uses the difference, to avoid cancellation for small and distant triangles.
         vec3 normal = cross(u, v - u);
         float sine = length(normal);
         float angle = atan(sine, dot(u, v));
@@ -45,18 +45,18 @@ float triangle_irradiance(vec3 a, vec3 b, vec3 c, vec3 n) {
     return -0.5 * sum;
 }
 
-// Candidates per sample where there are more pieces than samples: the tree's are good ones.
+// Candidates per sample if there are more pieces than samples: the tree's candidates are good.
 const uint MOST_CANDIDATES = 4u;
 const uint TREE_CANDIDATES = 2u;
 
-// The largest cosine, 0 at least, within an angle of [0, π] about one whose cosine is c. No arc functions: a walk down
-// the tree asks for two of these at each of its nodes.
+// The largest cosine, at least 0, within an angle in [0, π] of a direction with cosine c. Arc functions are avoided,
+// because a walk down the tree needs two of these at each node.
 float nearest_cosine(float c, float within_cosine, float within_sine) {
     float nearest = c * within_cosine + sqrt(max(1.0 - c * c, 0.0)) * within_sine;
     return c >= within_cosine ? 1.0 : max(nearest, 0.0);
 }
 
-// Upper bound of the light that a node's pieces give a place, up to a factor: power over squared distance, by both
+// Upper bound of the light of a node's pieces at a place, up to a factor: power over squared distance, times both
 // cosines.
 float importance(uint node, vec3 position, vec3 normal) {
     COUNT(WORDS, 9u);
@@ -64,7 +64,7 @@ float importance(uint node, vec3 position, vec3 normal) {
     vec3 d = n.center - position;
     float distance = length(d);
     d /= max(distance, 1e-20);
-    // Of the half angle under which the sphere is seen, and of that with the normals' own.
+    // The half angle of the sphere as seen from the place, and its sum with that of the normals.
     float seen_sine = n.radius / max(distance, 1e-20);
     float seen_cosine = sqrt(max(1.0 - seen_sine * seen_sine, 0.0));
     float spread_sine = sqrt(max(1.0 - n.spread_cosine * n.spread_cosine, 0.0));
@@ -76,8 +76,8 @@ float importance(uint node, vec3 position, vec3 normal) {
     return n.power * (seen_sine < 1.0 ? to * from : 1.0) / max(distance * distance, n.radius * n.radius);
 }
 
-// About the irradiance that a node's pieces give a place whose surface has that normal, if nothing stands between: that
-// of a disc about their middle.
+// The approximate irradiance from a node's pieces at a place with that normal, without occlusion: that of a disc at
+// their middle.
 float lamps_about(uint node, vec3 position, vec3 normal) {
     COUNT(WORDS, 9u);
     LampNode n = lamp_nodes[node];
@@ -86,14 +86,14 @@ float lamps_about(uint node, vec3 position, vec3 normal) {
     d *= inversesqrt(distance2);
     float seen_sine = min(n.radius * inversesqrt(distance2), 1.0);
     float spread_sine = n.spread_cosine < 0.0 ? 1.0 : sqrt(max(1.0 - n.spread_cosine * n.spread_cosine, 0.0));
-    // Of what lies partly below the horizon, the part above.
+    // The part above the horizon, for a node that is partly below.
     float to = max(dot(d, normal) + seen_sine, 0.0) / (1.0 + seen_sine);
     float from = max(spread_sine - dot(d, n.axis), 0.0) / (1.0 + spread_sine);
-    return 0.5 * n.power * to * from / (distance2 + n.radius * n.radius); // power: twice the area times the radiance
+    return 0.5 * n.power * to * from / (distance2 + n.radius * n.radius); // power is twice the area times the radiance
 }
 
-// About the irradiance of all lamps there: the sum along the way down the tree that goes where most comes from. Needs a
-// tree.
+// The approximate irradiance from all lamps: summed along the path down the tree that follows the largest
+// contributions. It needs a tree.
 float lamps_irradiance(vec3 position, vec3 normal) {
     uint first = 0u;
     uint end = frame.lamp_count;
@@ -119,9 +119,9 @@ struct LampChoice {
     float probability;
 };
 
-// The piece at `u` of [0, 1). Many lamps: down a tree of neighbours, at each node by what its halves may give (Conty
-// and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018, without the splitting). Few: each
-// as often.
+// The piece at `u` in [0, 1). With many lamps, a walk down the tree chooses between halves by their possible
+// contribution (Conty and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018, without the
+// splitting). Few lamps are chosen uniformly.
 LampChoice choose_lamp(float u, vec3 position, vec3 normal) {
     bool many = frame.lamp_tree != 0u;
     float count = float(frame.lamp_count);
@@ -133,24 +133,24 @@ LampChoice choose_lamp(float u, vec3 position, vec3 normal) {
         float low = importance(2u * node, position, normal);
         float high = importance(2u * node + 1u, position, normal);
         float share = low + high > 0.0 ? low / (low + high) : 0.5;
-        u = min(u, 0.99999994); // it may have been rounded up to 1, where a half that gives nothing would be taken
+        u = min(u, 0.99999994); // it may have been rounded up to 1, which would select a half without contribution
         bool goes_low = u < share;
         uint middle = (first + end) / 2u;
         first = goes_low ? first : middle;
         end = goes_low ? middle : end;
         node = 2u * node + (goes_low ? 0u : 1u);
         probability *= goes_low ? share : 1.0 - share;
-        // The rest of the number is uniform again: strata stay strata.
+        // The rest of the number is uniform again, so that strata stay strata.
         u = goes_low ? u / share : (u - share) / max(1.0 - share, 1e-6);
     }
     return LampChoice(first, probability);
 }
 
-// Of LAMP_POINTS samples the one with index i; `random`: two numbers of the place that is lit.
-// At most as many pieces as samples: each gets its own, so that only what is half in shadow is noisy. More: of a few
-// candidates one is taken by what it gives here (Talbot et al., "Importance Resampling for Global
-// Illumination", 2005). A sample gives at most the irradiance of a hemisphere full of its brightest candidate. Lamps of
-// one radiance never give more together, so that only sparks are cut: pieces that are chosen far too seldom here.
+// Sample i of LAMP_POINTS; `random` holds two numbers of the lit place. With at most as many pieces as samples, each
+// sample has its own piece, so that only penumbrae are noisy. With more, one of a few candidates is chosen by its
+// contribution (Talbot et al., "Importance Resampling for Global Illumination", 2005). A sample is limited to the
+// irradiance of a hemisphere with the radiance of its brightest candidate. Lamps of one radiance never exceed this
+// together, so that only sparks are cut: pieces that are chosen far too rarely.
 LampPoint sample_lamp(uint i, vec3 position, vec3 normal, vec2 random) {
     uint candidates = frame.lamp_tree != 0u ? TREE_CANDIDATES : frame.lamp_count > LAMP_POINTS ? MOST_CANDIDATES : 1u;
     float strata = float(LAMP_POINTS * candidates);
@@ -171,7 +171,7 @@ LampPoint sample_lamp(uint i, vec3 position, vec3 normal, vec2 random) {
         float weight = brightest(irradiance);
         total += weight;
         most = max(most, PI * brightest(e.radiance));
-        // One random number serves all choices: what is left of it is even again.
+        // One random number serves all choices: its remainder is uniform again.
         float share = total > 0.0 ? weight / total : 0.0;
         bool taken = choice < share;
         choice = taken ? choice / share : (choice - share) / max(1.0 - share, 1e-6);
@@ -181,7 +181,7 @@ LampPoint sample_lamp(uint i, vec3 position, vec3 normal, vec2 random) {
         chosen_seen = taken ? seen : chosen_seen;
     }
     Lamp e = lamps[chosen];
-    // The R2 sequence (Roberts, 2018), shifted by the place.
+    // The R2 sequence (Roberts, 2018), shifted by place.
     vec2 r = fract(random.yx + vec2(0.7548776662, 0.5698402909) * float(i + 1u));
     float root = sqrt(r.x);
     LampPoint s;

@@ -1,4 +1,4 @@
-// Clearcoat, sheen, film, brushed grain and light from the far side, as ground/brdf.glsl adds them to a surface.
+// Clearcoat, sheen, film, brushed grain and diffuse transmission, which ground/brdf.glsl adds to a surface.
 
 #include "common/thin_film.glsl"
 #include "ground/surface.glsl"
@@ -13,12 +13,12 @@ bool is_brushed(Surface s) {
     return feature(FEATURE_ANISOTROPY) && s.finish.along > 0.0;
 }
 
-// Share of light that the coat reflects to a viewer under the cosine nv to its normal.
+// The share of light that the coat reflects to a viewer at cosine nv to its normal.
 float coat_share(Surface s, float nv) {
     return feature(FEATURE_CLEARCOAT) ? s.finish.coat * schlick(COAT_F0, 1.0, nv) : 0.0;
 }
 
-// Share that the sheen takes from what lies below it, by the more slanting of two cosines.
+// The share that the sheen takes from the layers below, by the more slanting of two directions.
 float sheen_share(Surface s, float nv, float nl) {
     float most = brightest(s.finish.sheen);
     return feature(FEATURE_SHEEN) && most > 0.0
@@ -26,13 +26,13 @@ float sheen_share(Surface s, float nv, float nl) {
         : 0.0;
 }
 
-// Share of light from all around that the sheen takes from the layers below it.
+// The share of uniform light from all directions that the sheen takes from the layers below.
 float sheen_share(Surface s, float nv) {
     float most = brightest(s.finish.sheen);
     return feature(FEATURE_SHEEN) && most > 0.0 ? most * sheen_taken(s.finish, nv) : 0.0;
 }
 
-// Fresnel under the film at a microfacet that light meets under this cosine; w: what is left for what lies under it.
+// Fresnel reflectance under the film at a microfacet, for the light's cosine; w is the share for the layers below.
 vec4 film_fresnel(Surface s, float cosine) {
     Finish f = s.finish;
     vec3 dielectric =
@@ -42,13 +42,13 @@ vec4 film_fresnel(Surface s, float cosine) {
     return vec4(mix(dielectric, metal, f.film_metal.w), 1.0 - brightest(dielectric));
 }
 
-// The reflectance at normal incidence for which Schlick's formula gives `fresnel` under this cosine.
+// The reflectance at normal incidence for which Schlick's formula gives `fresnel` at this cosine.
 vec3 f0_for(vec3 fresnel, float f90, float cosine) {
     float grazing = min(pow(1.0 - cosine, 5.0), 0.9);
     return clamp((fresnel - f90 * grazing) / (1.0 - grazing), vec3(0.0), vec3(1.0));
 }
 
-// The surface without its film: reflectances that give the same under this cosine.
+// The surface without its film, with reflectances that give the same at this cosine.
 Surface without_film(Surface s, float nv) {
     if (has_film(s)) {
         vec4 fresnel = film_fresnel(s, nv);
@@ -71,12 +71,12 @@ float brushed_lobe(Surface s, vec3 v, vec3 l, vec3 h, float nv, float nl, float 
     return 1.0 / (PI * a.x * a.y * e * e * max(to_viewer * to_light, 1e-7));
 }
 
-// Where a single look along the mirror's way goes: a brushed surface's is bent to the middle of its long lobe.
+// The direction of a single reflected ray: for a brushed surface it is bent to the middle of its long lobe.
 vec3 mirrored(Surface s, vec3 view) {
     vec3 n = s.normal;
     if (is_brushed(s)) {
         vec3 b = cross(n, s.finish.grain);
-        // The normal that faces the viewer across the grain's long direction; between it and n by how long the lobe is.
+        // A normal between n and the viewer's direction across the grain, depending on the length of the lobe.
         vec3 facing = cross(cross(b, view), b);
         float bend = clamp((s.finish.along - s.finish.across) * (1.0 - s.finish.across), 0.0, 1.0);
         n = dot(facing, facing) > 1e-6 ? normalize(mix(n, normalize(facing), 0.5 * bend)) : n;
@@ -95,7 +95,7 @@ bool sends_through(Surface s) {
     return feature(FEATURE_DIFFUSE_TRANSMISSION) && any(greaterThan(s.finish.diffused, vec3(0.0)));
 }
 
-// Whether light from all around its side reaches a viewer, other than mirrored.
+// Whether uniform light from all directions on its side reaches a viewer other than by specular reflection.
 bool scatters(Surface s) {
     return any(greaterThan(s.diffuse, vec3(0.0)))
         || (feature(FEATURE_SHEEN) && any(greaterThan(s.finish.sheen, vec3(0.0))));

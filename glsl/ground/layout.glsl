@@ -1,12 +1,12 @@
-// The ground's structs that are shared with the CPU: src/ground/layout.rs holds their twins, a test holds the two
-// against each other. Lengths are in voxels unless a name ends in _m. Scalar block layout.
+// The ground's structs that are shared with the CPU. src/ground/layout.rs has their twins, and a test compares them.
+// Lengths are in voxels unless a name ends in _m. Scalar block layout.
 
-// Part of a recorded triangle that rays and voxels read; the rest is stored apart (ground/attributes.glsl).
+// The part of a recorded triangle that rays and voxels read; the rest is stored separately (ground/attributes.glsl).
 struct Triangle {
     vec3 corners[3];
     uint material;
-    uint source; // index in the scene, the same every frame
-    uint translucent; // 1: a ray may pass
+    uint source; // index in the scene, equal in every frame
+    uint translucent; // 1: a ray may pass through
 };
 
 struct Globals {
@@ -20,11 +20,11 @@ struct Globals {
     uint item_overflow;
     uint cell_overflow;
     uint degenerate_count;
-    uint blended_samples; // the most that rows at once had, where there was no room for them
+    uint blended_samples; // the maximum number for rows at once, if it exceeded the capacity
 };
 
-// The length of a list, such as the occupied cells of a level; the first three are a VkDispatchIndirectCommand for its
-// entries, 64 a group.
+// The length of a list, such as the occupied cells of a level; the first three members are a VkDispatchIndirectCommand
+// for its entries, 64 per group.
 struct ListCount {
     uint groups_x;
     uint groups_y;
@@ -32,31 +32,31 @@ struct ListCount {
     uint count;
 };
 
-// Light that a list item sends from each side, in stored radiance, and how much of its voxel it fills.
+// Light of each side of a list item in stored radiance, and the share of its voxel that it fills.
 struct ItemLight {
     vec3 front;
     float opacity;
     vec3 back;
-    float area; // clipped to the voxel, over a face's
+    float area; // clipped to the voxel, over the area of a face
 };
 
-// Of an item of a list: which item is lit for it, and the part of its triangle inside the voxel, over a face.
+// For a list item: the item that is lit for it, and the part of its triangle inside the voxel, over the area of a face.
 struct ItemPart {
     uint lit_by;
     float area;
     uint source; // of its triangle
     uint alone; // 1: it is lit for everything in its voxel
-    uint twin; // 1-based: the item that is lit where this one cannot see it; a twin's own; 0: it sees all of its part
-    uint anchor; // where in its voxel a split item is lit, along the two axes after its dominant one
+    uint twin; // 1-based: the item lit for the part that this one cannot see; its own for a twin; 0: none
+    uint anchor; // position in its voxel at which a split item is lit, along the two axes after its dominant one
 };
 
 struct ListItem {
     uint triangle;
     uint next; // 1-based; 0 ends the list (a walk that ends on ~0 hangs on Mesa 22.3)
-    uint voxel; // whose list it is
+    uint voxel; // the voxel that lists it
 };
 
-// A texture as a material uses it: one mip chain in the atlas.
+// A texture of a material: one mip chain in the atlas.
 struct TextureSlot {
     uint layer;
     uint first_level;
@@ -102,7 +102,7 @@ struct Material {
     TextureSlot slots[8];
 };
 
-// Whether no light gets through, wherever a surface is met.
+// Whether the surface blocks all light everywhere.
 bool is_opaque(uint flags, float transmission) {
     return (flags & (MATERIAL_MASK | MATERIAL_BLEND)) == 0u && transmission == 0.0;
 }
@@ -110,12 +110,12 @@ bool is_opaque(uint flags, float transmission) {
 const uint LIGHT_POINT = 0u;
 const uint LIGHT_SPOT = 1u;
 const uint LIGHT_DIRECTIONAL = 2u;
-const uint LIGHT_SKY = 3u; // directional, and seen in mirrors as a part of the sky
+const uint LIGHT_SKY = 3u; // directional, and visible in mirrors as a part of the sky
 
 struct Light {
     vec3 position;
     uint kind;
-    vec3 direction; // unit, the way it shines
+    vec3 direction; // unit direction in which the light shines
     float range_m;
     vec3 intensity; // irradiance × m², or irradiance
     float radius; // voxels; directional: tangent of the half angle
@@ -123,7 +123,7 @@ struct Light {
     float spot_offset;
 };
 
-// A piece of an emissive triangle, evenly bright.
+// A piece of an emissive triangle with constant radiance.
 struct Lamp {
     vec3 a;
     vec3 b;
@@ -133,16 +133,16 @@ struct Lamp {
     float shine; // of its material: see frame.lamp_shine
 };
 
-// A sphere about neighbouring pieces, what they send together, and a cone about their normals.
+// A sphere around neighbouring pieces, their power, and a cone around their normals.
 struct LampNode {
     vec3 center;
     float radius;
     vec3 axis;
-    float spread_cosine; // of the half angle; −1 where a piece shines both ways
+    float spread_cosine; // of the half angle; −1 if a piece shines to both sides
     float power;
 };
 
-// Where one level lies in its layer, texels.
+// The place of a level in its layer, in texels.
 struct TextureLevel {
     uint x;
     uint y;
@@ -156,7 +156,7 @@ struct Frame {
     mat4 clip_from_voxel;
     vec3 eye; // voxels
     float voxel_m;
-    vec3 forward; // unit, the way the camera looks
+    vec3 forward; // unit direction of the view
     uint orthographic;
     vec3 right_per_ndc; // direction (perspective) or offset in voxels (orthographic) per unit of NDC x
     float scale; // stored radiance = radiance × scale, a power of two
@@ -168,20 +168,20 @@ struct Frame {
     uint samples;
     uint lamp_count;
     uint lamp_tree; // 1: pieces are chosen through the tree; 0: each as often
-    float lamp_shine; // the brightest channel of every piece's emission without textures × its area, voxels², summed
-    uint light_pass; // which of the passes whose mean is kept lights the list items
-    vec3 sky_gradient; // radiance: how much brighter the sky is straight up than at its middle
-    float light_share; // of the newest pass in that mean; 1: all
+    float lamp_shine; // the brightest channel of every piece's emission without textures × its area in voxels², summed
+    uint light_pass; // number of the pass over the light, among the passes whose mean is kept
+    vec3 sky_gradient; // radiance added to the sky straight up and subtracted straight down
+    float light_share; // weight of the newest pass in that mean; 1: all
     float sky_scale; // radiance of an unpacked 1 of the sky's map
-    float sky_most; // unpacked: what of a texel is above it, lights send
+    float sky_most; // unpacked: lights represent the excess over this
     int sky_width; // texels
     int sky_height;
-    uint sky_levels; // means over cones that follow the map
+    uint sky_levels; // levels of means over cones after the map
     float sky_octaves; // how often the last of them is halved until cones are as narrow as texels
-    float sky_turn; // of a whole turn, counter-clockwise from above
-    vec2 image_shift; // what the random numbers of the image's places are moved by in this pass over it
-    vec2 ndc_shift; // how far this pass moves the image
-    uint image_pass; // which of the passes over the image whose mean is shown this is
-    vec3 boxes[MOST_BOXES]; // where each begins
-    vec3 last_boxes[MOST_BOXES]; // and began when the lists before these were made
+    float sky_turn; // rotation in whole turns, counter-clockwise from above
+    vec2 image_shift; // shift of the random numbers of the image's places in this pass
+    vec2 ndc_shift; // shift of the image in this pass
+    uint image_pass; // number of the pass over the image, among the passes whose mean is shown
+    vec3 boxes[MOST_BOXES]; // least corner of each box
+    vec3 last_boxes[MOST_BOXES]; // the same for the previous lists
 };

@@ -1,6 +1,5 @@
-// Lights the items of the lists, a thread per item that is lit, or takes this pass into the mean of what they send. A
-// thread per voxel would have rays in a loop: llvmpipe ends every loop of an invocation once all of them together have
-// gone round 65535 times.
+// Lights the items of the lists, a thread per lit item, or adds this pass to the mean of their light. A thread per
+// voxel would trace rays in a loop, and llvmpipe ends every loop of an invocation after 65,535 iterations in total.
 //! given const bool CLIPS_ITEMS = true;
 //! given const bool LIGHTS_FRONTS = false;
 
@@ -13,11 +12,11 @@ layout(scalar) buffer ItemLights { ItemLight item_lights[]; };
 layout(scalar) readonly buffer LitItems { uint lit_items[]; };
 
 layout(push_constant) uniform SharesPush {
-    uint first; // of the items, in 1/ITEM_SHARES
+    uint first; // share of the items, in 1/ITEM_SHARES
     uint end;
 } push;
 
-// The block of 64 items where a share of `count` items begins.
+// The block of 64 items at which a share of `count` items begins.
 uint share_start(uint count, uint share) {
     return (count / ITEM_SHARES * share + count % ITEM_SHARES * share / ITEM_SHARES) / 64u;
 }
@@ -34,8 +33,8 @@ void main() {
         if (block < first || block >= end || i >= count) {
             continue;
         }
-        COUNT(WORDS, LIT == LIT_ALIKE ? 1u : 0u);
-        uint item = LIT == LIT_ALIKE ? lit_items[i] : i;
+        COUNT(WORDS, LIT == LIT_GROUPED ? 1u : 0u);
+        uint item = LIT == LIT_GROUPED ? lit_items[i] : i;
         ListItem entry = list_items[item];
         Box box = box_of(entry.voxel);
         mat3 corners = in_box(box, corners_of(triangles[entry.triangle]));

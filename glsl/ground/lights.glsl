@@ -1,4 +1,4 @@
-// Punctual lights (KHR_lights_punctual), glTF's numbers as radiometric ones with factor 1.
+// Punctual lights (KHR_lights_punctual); glTF's numbers are taken as radiometric ones.
 
 #include "common/count.glsl"
 #include "ground/layout.glsl"
@@ -23,7 +23,7 @@ LightSample sample_light(Light light, vec3 position, float voxel_m) {
         return s;
     }
     vec3 to = light.position - position;
-    s.distance = max(length(to), 1e-6); // a light in a surface: no 0/0
+    s.distance = max(length(to), 1e-6); // avoids 0/0 for a light in a surface
     s.direction = to / s.distance;
     float d_m = s.distance * voxel_m;
     s.irradiance = light.intensity / (d_m * d_m);

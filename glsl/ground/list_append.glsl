@@ -1,4 +1,4 @@
-// Lists that grow: which triangles each voxel has, and which voxels have any.
+// Lists that grow: the triangles of each voxel, and the occupied voxels.
 
 #include "common/count.glsl"
 #include "ground/grid_push.glsl"
@@ -10,18 +10,18 @@ layout(scalar) buffer ListItems { ListItem list_items[]; };
 layout(scalar) buffer Heads { uint heads[]; };
 layout(scalar) buffer Cells { uint cells[]; };
 
-// Whether a finer box lists what is in there.
+// Whether a finer box lists the content of the cell.
 bool in_hole(uvec3 voxel) {
     ivec3 at = ivec3(voxel) - grid.hole;
     return all(greaterThanEqual(at, ivec3(0))) && all(lessThan(at, ivec3(grid.hole_edge)));
 }
 
-// Makes room for so many items; the first, 1-based.
+// Reserves room for `count` items; returns the first, 1-based.
 uint take_items(uint count) {
     return atomicAdd(globals.item_count, count) + 1u;
 }
 
-// Puts a triangle into the voxel's list as an item that was taken, or counts it where there is no room; whether there
+// Adds a triangle to the voxel's list as a reserved item, or only counts it if there is no room; returns whether there
 // is.
 bool put(uint item, uint triangle, uvec3 voxel) {
     if (item > uint(list_items.length())) {

@@ -1,4 +1,4 @@
-// Which voxels of a column list a triangle.
+// The voxels of a column that list a triangle.
 //! with DILATED
 
 #include "common/dominant_axis.glsl"
@@ -15,10 +15,10 @@ struct Projected {
     vec3 d; // of a strip
 #endif
     vec3 normal; // from triangle_normal
-    uint axis; // that the triangle faces most, along which columns go
+    uint axis; // the axis that the triangle faces most, along which columns run
 };
 
-// Voxels of a column that a triangle may touch, at most: its slope against the column is 1 at most.
+// The maximum number of voxels in a column that a triangle may touch: its slope against the column is at most 1.
 const uint MOST_IN_COLUMN = 4u;
 
 uvec3 voxel_at(Projected p, uvec2 column, uint depth) {
@@ -29,13 +29,13 @@ uvec3 voxel_at(Projected p, uvec2 column, uint depth) {
     return voxel;
 }
 
-// The first voxel of a column that may be touched, along it, and which is the last. `column`: along the two axes after
-// the projected one.
+// The first and last voxel of a column that may be touched. `column` is along the two axes after the projected one.
 uvec2 depths_in(Projected p, uvec2 column) {
     uint axis = p.axis;
     vec2 middle = vec2(column) + 0.5;
 
-    // Where the plane crosses the column, within the triangle's own depth. The dominant axis keeps the slope below 1.
+    // The crossing of the plane with the column, within the triangle's own depth. The dominant axis keeps the slope
+    // below 1.
     float depth_low = min(min(p.a[axis], p.b[axis]), p.c[axis]);
     float depth_high = max(max(p.a[axis], p.b[axis]), p.c[axis]);
 #ifdef DILATED
@@ -44,7 +44,7 @@ uvec2 depths_in(Projected p, uvec2 column) {
 #endif
     vec2 slope = across(p.normal, axis) / p.normal[axis];
     float depth = p.a[axis] - dot(slope, middle - across(p.a, axis));
-    // A hundredth of a voxel for rounding: the exact test follows.
+    // The bounds include a hundredth of a voxel for rounding; the exact test follows.
     float spread = 0.5 * (abs(slope.x) + abs(slope.y)) + 0.01;
     float last = float(EDGE) - 1.0;
     float first = clamp(floor(max(depth_low, depth - spread) - 0.001), 0.0, last);
@@ -52,7 +52,7 @@ uvec2 depths_in(Projected p, uvec2 column) {
     return uvec2(first, end);
 }
 
-// A bit for each voxel of a column, from the first of depths_in on, that lists the triangle.
+// The voxels of a column that list the triangle, a bit each, from the first one of depths_in.
 uint touched_in(Projected p, uvec2 column) {
     uvec2 depths = depths_in(p, column);
     uint touched = 0u;
@@ -67,7 +67,7 @@ uint touched_in(Projected p, uvec2 column) {
     return touched;
 }
 
-// Lists the triangle in the voxels that `touched` says of a column, as items from `item` on.
+// Lists the triangle in the voxels `touched` of a column, with the items from `item`.
 void list_column(uint triangle, Projected p, uvec2 column, uint touched, uint item) {
     uint first = depths_in(p, column).x;
     for (uint left = touched; left != 0u; left &= left - 1u) {

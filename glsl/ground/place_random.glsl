@@ -1,5 +1,5 @@
-// Random numbers of places: others in every pass whose mean is taken, so that the mean converges. A shader that lights
-// list items defines LIGHTS_ITEMS before this file: its passes are those over the voxels, all others' are those over
+// Random numbers of places, which differ between the passes of a mean, so that the mean converges. A shader that lights
+// list items defines LIGHTS_ITEMS before this file: its passes are those over the light, otherwise they are those over
 // the image.
 
 #include "common/jitter.glsl"
@@ -9,9 +9,9 @@ uvec4 place_seed(vec3 position) {
     return uvec4(floatBitsToUint(position), 0u);
 }
 
-// The R2 sequence over passes (Roberts, 2018); 0 in the first. A pass over the voxels gathers what passes before it
-// left: with the same step from each to the next, what light meets would depend on where it was sent before. So every
-// 32 passes take their places in the order of the triangular numbers, whose steps all differ.
+// The R2 sequence over passes (Roberts, 2018); 0 in the first one. A pass over the light gathers the light of earlier
+// passes: with equal steps between passes, the light that a ray meets would correlate with its earlier direction.
+// Therefore every 32 passes use the order of the triangular numbers, whose steps all differ.
 vec2 pass_shift() {
 #ifdef LIGHTS_ITEMS
     uint k = frame.light_pass % 32u;

@@ -1,6 +1,5 @@
-// Rays by the queries of VK_KHR_ray_query, through the acceleration structure of src/ground/tree/queries.rs. The device
-// proposes triangles; which of them is hit, where, and what a mask leaves of it, the same GLSL says as for rays through
-// the tree.
+// Rays by VK_KHR_ray_query, through the acceleration structure of src/ground/tree/queries.rs. The device proposes
+// triangles; whether one is hit, where, and through its mask is decided by the same GLSL as for rays through the tree.
 #extension GL_EXT_ray_query : require
 #include "common/count.glsl"
 #include "ground/hit.glsl"
@@ -8,16 +7,17 @@
 
 uniform accelerationStructureEXT scene_structure;
 
-// 1 + the place of a triangle of the structure; 0 if it was dropped. Its first geometry holds the opaque triangles.
-// Here the links are no tree's: how many are opaque, then all sources in the order of the structure.
+// 1 + the index of a triangle of the structure; 0 if it was dropped. The structure's first geometry holds the opaque
+// triangles.
+// With queries the links hold the number of opaque triangles, then all sources in the order of the structure.
 uint queried(int geometry, int primitive) {
     uint first = geometry == 0 ? 1u : 1u + tree_links[0];
     return slots[tree_links[first + uint(primitive)]];
 }
 
-// Share of the light, as trace_shadow_ray.
+// The share of the light, as in trace_shadow_ray.
 vec3 query_shadow_ray(vec3 origin, vec3 d, float distance) {
-    Way w = start_way(origin, d);
+    Traversal w = start_traversal(origin, d);
     float least = max(w.enter, 0.0);
     float most = min(distance, w.leave);
     bool blocked = false;
@@ -44,20 +44,20 @@ vec3 query_shadow_ray(vec3 origin, vec3 d, float distance) {
     return blocked ? vec3(0.0) : light_after(depth);
 }
 
-// The device's distances and those of hit_recorded differ by rounding: voxels, and of the distance.
+// Distances of the device and of hit_recorded differ by rounding: in voxels, and relative to the distance.
 float query_rounding(float distance) {
     return 1e-4 + 1e-5 * distance;
 }
 
-// As trace_ray. The first round finds where the device meets the nearest triangle. The second looks at all that it
-// meets as near as that within rounding, and decides among them as rays through the tree do.
+// As trace_ray. The first query finds the nearest triangle according to the device. The second one examines all
+// triangles at that distance within rounding, and decides like rays through the tree.
 RayHit query_ray(vec3 origin, vec3 d, float least) {
     RayHit best = RayHit(0u, vec2(0.0), 1e30);
-    RayHit first = best; // by the device's own test
-    Way w = start_way(origin, d);
+    RayHit first = best; // according to the device's test
+    Traversal w = start_traversal(origin, d);
     float from = max(w.enter, least);
     float to = w.leave;
-    // A ray that goes on behind a triangle meets it once more, by a hair.
+    // A ray that continues behind a triangle may meet it again within rounding.
     uint flags = least > 0.0    ? gl_RayFlagsNoOpaqueEXT
         : feature(FEATURE_MASK) ? gl_RayFlagsNoneEXT
                                 : gl_RayFlagsOpaqueEXT;
@@ -95,7 +95,7 @@ RayHit query_ray(vec3 origin, vec3 d, float least) {
         }
         rounds = any ? rounds : 0u;
     }
-    // Where the device meets a triangle and hit_recorded, by rounding, none: there is no hole.
+    // The device meets a triangle that hit_recorded misses by rounding: there is no hole.
     if (best.triangle == 0u) {
         best = first;
     }

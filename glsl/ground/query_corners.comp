@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Names the corners of the triangles that an acceleration structure stands over, in its own order, which is the same
-// every frame. A triangle that was dropped when it was recorded has one corner three times: no ray hits it.
+// Writes the corners of the triangles of an acceleration structure in its order, which is equal in every frame. A
+// triangle that was dropped when it was recorded has one corner three times, so that no ray hits it.
 
 #include "common/count.glsl"
 #include "common/thread.glsl"
@@ -11,7 +11,7 @@ layout(scalar) readonly buffer Slots { uint slots[]; };
 layout(scalar) readonly buffer TreeLinks { uint tree_links[]; };
 layout(scalar) writeonly buffer QueryCorners { uint query_corners[]; };
 
-const uint APART = 4u; // a recorded triangle takes as much memory as four corners, and begins with its own three
+const uint APART = 4u; // a recorded triangle takes as much memory as four corners, and begins with its three
 
 layout(push_constant) uniform Push {
     uint count; // of triangles

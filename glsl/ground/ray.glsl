@@ -1,23 +1,23 @@
-// A ray through all triangles, as far as it lies in the volume: through the tree, or by the device's own queries where
-// the settings and the device say so (FEATURE_QUERY).
+// Rays through all triangles within the volume: through the tree, or by the device's ray queries if settings and device
+// allow (FEATURE_QUERY).
 #include "common/count.glsl"
 #include "common/color.glsl"
 #include "ground/hit.glsl"
 #include "ground/walk.glsl"
 #include "ground/query.glsl"
 
-// How many surfaces that let a part of the light through one ray may pass.
+// The maximum number of partly transparent surfaces that one ray may pass.
 const uint MOST_PASSED = 64u;
-// Features that let a part of the light through, rather than all or nothing, as a mask does.
+// Features that let a part of the light through; a mask lets all or none through.
 const uint FEATURE_PASSING = FEATURE_BLEND | FEATURE_TRANSMISSION;
-const float SPENT = 0.005; // of its light: less does not change an 8-bit image
+const float SPENT = 0.005; // share of its light below which a ray ends: it cannot change an 8-bit image
 
 vec3 ray_start(vec3 position, vec3 facet, vec3 d) {
     float start = ray_start_at(position);
     return position + facet * (dot(facet, d) < 0.0 ? -start : start);
 }
 
-// Share of the light that comes to `origin` from `distance` voxels away along unit d. Alpha masks, blending and
+// The share of light that reaches `origin` from `distance` voxels away along unit d. Alpha masks, blending and
 // transmission let light through, straight and tinted.
 vec3 trace_shadow_ray(vec3 origin, vec3 d, float distance) {
     if (feature(FEATURE_QUERY)) {
@@ -26,7 +26,7 @@ vec3 trace_shadow_ray(vec3 origin, vec3 d, float distance) {
     return walk_shadow_ray(origin, d, distance);
 }
 
-// The nearest triangle further than `least` along unit d; what a mask leaves nothing of is not there.
+// The nearest triangle farther than `least` along unit d, without the holes of masks.
 RayHit trace_ray(vec3 origin, vec3 d, float least) {
     if (feature(FEATURE_QUERY)) {
         return query_ray(origin, d, least);
@@ -34,16 +34,16 @@ RayHit trace_ray(vec3 origin, vec3 d, float least) {
     return walk_ray(origin, d, least);
 }
 
-// Surface that a ray along d hit. Where there is none, the first triangle stands in, so that all lanes read something.
+// The surface that a ray along d hit. Without a hit, the first triangle is read, so that all lanes read something.
 struct Met {
     bool any;
-    uint place; // of the triangle among those recorded
+    uint place; // index of the recorded triangle
     Triangle triangle;
     vec3 weights; // barycentric
     vec3 normal; // unit, of the front
     bool back; // hit a back face
     bool dark; // hit a back face of a single-sided material
-    float distance; // 0 if nothing was met
+    float distance; // 0 without a hit
 };
 
 Met meet(RayHit hit, vec3 d) {
@@ -61,14 +61,14 @@ Met meet(RayHit hit, vec3 d) {
     return m;
 }
 
-// Share of light that passes straight through the hit surface, per channel.
+// The share of light that passes straight through the hit surface, per channel.
 vec3 transmittance(Met met) {
     return feature(FEATURE_PASSING) && met.triangle.translucent != 0u
         ? triangle_transmittance(met.place, met.weights.yz)
         : vec3(0.0);
 }
 
-// Radiance of the lamp that is seen along unit d, with lights.lamps = sampled. Starts on the side that d leads to.
+// Radiance of the lamp along unit d, with lights.lamps = sampled. The ray starts on the side of d.
 vec3 trace_emission(vec3 position, vec3 facet, vec3 d) {
     vec3 origin = ray_start(position, facet, d);
     vec3 through = vec3(1.0);

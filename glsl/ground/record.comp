@@ -11,7 +11,7 @@ layout(scalar) readonly buffer RecordDraws { RecordDraw record_draws[]; };
 layout(scalar) readonly buffer SceneVertices { float scene_vertices[]; };
 layout(scalar) readonly buffer SceneIndices { uint scene_indices[]; };
 
-// Where the words of a corner's vertex begin: its position, then its attributes.
+// The first word of a corner's vertex: its position, then its attributes.
 uint vertex_place(uint number, uint corner) {
     uint index = scene_indices[draw.first_index + 3u * number + corner] + uint(draw.vertex_offset);
     return index * (3u + 3u + tangent_words() + uv_words() + color_words());
@@ -44,7 +44,7 @@ Corner corner_at(uint place) {
     return corner;
 }
 
-// The last draw that begins at a triangle or before it.
+// The last draw that begins at or before a triangle.
 uint draw_of(uint source) {
     uint first = 0u;
     uint end = uint(record_draws.length());

@@ -1,4 +1,4 @@
 #version 460
-// Record: does nothing; colour writes are masked too.
+// Record: does nothing; colour writes are also masked.
 void main() {
 }

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Record, as the talk does it: takes three vertices, appends one triangle record. Zero-area triangles are counted and
+// Record, as in the talk: takes three vertices, and appends one triangle record. Zero-area triangles are counted and
 // dropped.
 
 layout(triangles) in;

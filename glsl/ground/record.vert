@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Record, as the talk does it: an ordinary vertex shader, object space to voxels.
+// Record, as in the talk: an ordinary vertex shader, from object space to voxels.
 
 #define DRAWN
 #include "ground/record_draw.glsl"
@@ -25,6 +25,6 @@ void main() {
     out_tangent = corner.tangent;
     out_uv = corner.uv;
     out_color = corner.color;
-    // Nothing is rasterised: positions only have to be finite.
+    // Nothing is rasterised; positions only have to be finite.
     gl_Position = vec4(0.0, 0.0, 0.0, 1.0);
 }

@@ -1,4 +1,5 @@
-// Where a mesh stands that is recorded. The shaders of a raster, to which it is pushed, define DRAWN; others set it.
+// The transform and data of a recorded mesh. The shaders of a raster define DRAWN and receive it as push constants;
+// others set it.
 //! with DRAWN
 
 struct RecordDraw {
@@ -39,7 +40,7 @@ vec3 in_voxels(vec3 position) {
     return vec3(dot(draw.rows[0], p), dot(draw.rows[1], p), dot(draw.rows[2], p));
 }
 
-// From object space to voxels.
+// The transform from object space to voxels.
 Corner in_voxels(Corner corner) {
     vec3 n = corner.normal;
     vec3 t = corner.tangent.xyz;

@@ -1,4 +1,4 @@
-// Triangles as they are recorded: positions in voxels of the base grid, and what their corners have beside.
+// Recorded triangles: positions in voxels of the base grid, and the attributes of their corners.
 //! with DRAWN
 
 #include "common/count.glsl"
@@ -21,7 +21,7 @@ void write_corner(uint slot, uint number, Corner corner) {
     for (int k = 0; k < 3; k++) {
         write_word(place, corner.normal[k]);
     }
-    // A mirrored node turns the tangents' handedness around.
+    // A mirrored node reverses the handedness of tangents.
     corner.tangent.w = draw.mirrored != 0u ? -corner.tangent.w : corner.tangent.w;
     for (int k = 0; k < int(tangent_words()); k++) {
         write_word(place, corner.tangent[k]);
@@ -35,7 +35,7 @@ void write_corner(uint slot, uint number, Corner corner) {
     }
 }
 
-// The slot of one more triangle, which is counted where there is no room for it.
+// The slot of one more triangle, which is counted even if there is no room.
 uint take_slot() {
     uint slot = atomicAdd(globals.vertex_count, 3u) / 3u;
     if (slot >= uint(triangles.length())) {
@@ -44,19 +44,19 @@ uint take_slot() {
     return slot;
 }
 
-// Everything of a triangle but its corners. `number`: of the triangle in its mesh.
+// All members of a triangle except its corners. `number` is that of the triangle in its mesh.
 void write_triangle(uint slot, uint number) {
     triangles[slot].material = draw.material;
     uint source = draw.first_source + number;
     triangles[slot].source = source;
     triangles[slot].translucent = draw.translucent;
     if (source < uint(slots.length())) {
-        // Rays find triangles by their source, and the image draws blended ones in an order of its own.
+        // Rays find triangles by their source, and the image draws blended ones in another order.
         slots[source] = slot + 1u;
     }
 }
 
-// A mirrored node turns the winding around.
+// A mirrored node reverses the winding.
 uint corner_number(uint i) {
     return draw.mirrored != 0u ? 2u - i : i;
 }

@@ -1,4 +1,4 @@
-// Which samples of a pixel lie in which voxels of its column: a pixel is a column of voxels, its samples are points of
+// The voxels of a column that contain samples of a pixel: a pixel is a column of voxels, and its samples are points of
 // the triangle. CPU twin: tests/twins/cover.rs.
 //! fragment
 
@@ -17,17 +17,18 @@ bool covered(uint i) {
     return (gl_SampleMaskIn[0] & (1 << int(i))) != 0;
 }
 
-// Samples in three voxels of the column, one after the other.
+// Samples in three successive voxels of the column.
 struct Slices {
     int first;
     uvec3 counts;
 };
 
-// The dominant axis keeps both slopes at or below 1: samples of one pixel lie in three voxels at most.
+// The dominant axis keeps both slopes at or below 1, so samples of one pixel lie in at most three voxels.
 Slices slices_of(vec3 a, vec3 b, vec3 c, uint axis, vec3 normal) {
     uint u = (axis + 1u) % 3u;
     uint v = (axis + 2u) % 3u;
-    // The rasteriser snaps corners to a part of a pixel: a sample just outside of the triangle stays within its depth.
+    // The rasteriser snaps corners to a fraction of a pixel. A sample just outside of the triangle is clamped to its
+    // depth.
     float least = min(a[axis], min(b[axis], c[axis]));
     float most = max(a[axis], max(b[axis], c[axis]));
     vec2 slope = vec2(normal[u], normal[v]) / normal[axis];
@@ -47,7 +48,7 @@ Slices slices_of(vec3 a, vec3 b, vec3 c, uint axis, vec3 normal) {
     return Slices(first, found);
 }
 
-// Whether samples lie in slice k, which the grid has, and in which voxel that is.
+// Whether samples lie in slice k within the grid, and in which voxel.
 bool voxel_of(Slices slices, int k, uint axis, out uvec3 voxel) {
     voxel[(axis + 1u) % 3u] = uint(gl_FragCoord.x);
     voxel[(axis + 2u) % 3u] = uint(gl_FragCoord.y);

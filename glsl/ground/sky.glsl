@@ -1,5 +1,5 @@
-// Stored radiance of the sky: the same all around, graded, or a map. src/scene/sky/ makes what is read of a map;
-// src/scene/sky/mod.rs and tests/device/sky_map.rs have its CPU twin.
+// Stored radiance of the sky: uniform, graded, or a map. src/scene/sky/ makes the data of a map; src/scene/sky/mod.rs
+// and tests/device/sky_map.rs have its CPU twin.
 
 #include "common/numbers.glsl"
 #include "ground/constants.glsl"
@@ -12,8 +12,8 @@ vec3 sky_texel(uint word) {
     return channels * uintBitsToFloat(((packed >> 27) + 103u) << 23);
 }
 
-// Linear between the four texels about a place of a map that begins at word `first`; brighter ones are dimmed to
-// `most`.
+// Bilinear interpolation of the four texels around a position of the map that begins at word `first`; brighter texels
+// are dimmed to `most`.
 vec3 sky_between(uint first, int width, int height, vec2 place, float most) {
     vec2 at = place * vec2(width, height) - 0.5;
     vec2 corner = floor(at);
@@ -34,16 +34,16 @@ vec3 sky_between(uint first, int width, int height, vec2 place, float most) {
     return rows[0] + (rows[1] - rows[0]) * part.y;
 }
 
-// Where unit d lies: across and down from 0 to 1.
+// The position of unit d: across and down from 0 to 1.
 vec2 sky_place(vec3 d) {
     float out_of_axis = length(d.xz);
     float turn = out_of_axis > 0.0 ? atan(d.z, d.x) / (2.0 * PI) : 0.0;
     return vec2(fract(0.5 + turn + frame.sky_turn), atan(out_of_axis, d.y) / PI);
 }
 
-const float WIDEST = 1.2309594; // acos(1/3): a cone of that half angle has the cosine's mean direction
+const float WIDEST = 1.2309594; // acos(1/3): a cone of that half angle has the mean direction of a cosine lobe
 
-// The level whose cones have that tangent of their half angle; beyond the levels comes the map itself.
+// The level whose cones have that tangent of their half angle; the map itself follows the last level.
 float sky_level(float aperture) {
     float angle = atan(max(aperture, 1e-6));
     if (angle > PI / 4.0) {
@@ -72,7 +72,7 @@ vec3 sky_mean(vec2 place, float aperture) {
     return sum;
 }
 
-// Towards unit d, as sharp as it is.
+// Radiance towards unit d at full resolution.
 vec3 sky_towards(vec3 d) {
     if (feature(FEATURE_SKY_MAP)) {
         return sky_between(0u, frame.sky_width, frame.sky_height, sky_place(d), 1e30) * (frame.sky_scale * frame.scale);
@@ -80,8 +80,8 @@ vec3 sky_towards(vec3 d) {
     return (frame.sky + frame.sky_gradient * d.y) * frame.scale;
 }
 
-// Mean over a cone about unit d; `aperture`: the tangent of its half angle. `bright`: the share of the map's bright
-// part that the look is to find; lights send the rest.
+// The mean over a cone about unit d; `aperture` is the tangent of its half angle. `bright` is the share of the map's
+// bright part that the look-up includes; lights send the rest.
 vec3 sky_about(vec3 d, float aperture, float bright) {
     if (feature(FEATURE_SKY_MAP)) {
         vec2 place = sky_place(d);
@@ -96,17 +96,17 @@ vec3 sky_about(vec3 d, float aperture, float bright) {
     return sky_towards(d);
 }
 
-// Irradiance/π of a surface with unit normal n that nothing hides the sky from, without the bright part.
+// Irradiance/π of a surface with unit normal n under the unoccluded sky, without the bright part.
 vec3 sky_over(vec3 n) {
-    const float MEAN_COSINE_OF_SKY = 0.6666667; // of what an even sky sends onto a surface, to its normal
+    const float MEAN_COSINE_OF_SKY = 0.6666667; // of a uniform sky's light on a surface
     if (feature(FEATURE_SKY_MAP)) {
         return sky_about(n, 1e6, 0.0);
     }
     return sky_towards(MEAN_COSINE_OF_SKY * n);
 }
 
-// Tangent of the half angle of a cone as wide as what one of `count` directions stands for that are distributed by the
-// cosine, where its own is `cosine`: between them the sky is as even as such directions can tell.
+// Tangent of the half angle of the cone that one of `count` cosine-distributed directions at `cosine` represents; such
+// directions do not resolve the sky more finely.
 float share_aperture(uint count, float cosine) {
     float versine = min(0.5 / (float(count) * max(cosine, 1e-3)), 0.99);
     return sqrt(versine * (2.0 - versine)) / (1.0 - versine);

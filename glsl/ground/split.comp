@@ -1,10 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Split: where an opaque surface cuts an item's part of its triangle, what is seen on one side of the cut is not the
-// other side's. Such an item gets a twin: each is lit where the other cannot be seen from, and a ray takes the one that
-// sees where it hit. A thread per item that is lit. Where items are
-// asked for, a twin is asked for with the item that it stands beside. Held against brute force in
+// Split: if an opaque surface cuts an item's part of its triangle, each side of the cut sees different light. Such an
+// item gets a twin: each is lit at a point that the other cannot see, and a ray takes the one that sees its hit point.
+// A thread per lit item. With light on demand, a twin is requested with its item. Compared with brute force in
 // tests/device/rays_items.rs.
 #include "ground/constants.glsl"
 #include "ground/cells.glsl"
@@ -15,12 +14,12 @@
 #include "ground/on_plane.glsl"
 
 const int ROW = 4;
-const int GRID = ROW * ROW; // points of a part, evenly over its voxel,
-const float APART = 0.3; // voxels between them
-// And the part's corners, a little within it: a straight cut leaves a corner on either side, however narrow what it
-// cuts off is.
+const int GRID = ROW * ROW; // points of a part, spread evenly over its voxel
+const float APART = 0.3; // distance between them in voxels
+// The candidates include the part's corners, slightly moved inward: a straight cut leaves a corner on either side,
+// however narrow the piece is.
 const int CANDIDATES = GRID + PART_CORNERS;
-const float TO_CORNER = 0.98; // of the way from the part's middle
+const float TO_CORNER = 0.98; // as a share of the way from the centroid
 
 vec2 candidates_at[CANDIDATES]; // voxels from the voxel's middle along the two axes after the dominant one
 
@@ -37,12 +36,12 @@ layout(scalar) buffer LitItems { uint lit_items[]; };
 
 #include "ground/boxes.glsl"
 
-// In voxels of its box.
+// Positions are in voxels of its box.
 struct Part {
     uint item;
     uint voxel;
     Box box;
-    float start; // of rays off its plane
+    float start; // offset of rays from its plane
     vec3 a, b, c;
     vec3 n; // unit
     uint axis; // its dominant one
@@ -54,7 +53,7 @@ vec3 candidate(Part part, int k) {
     return on_plane(part.a, part.n, part.center, candidates_at[k]);
 }
 
-// Where the candidates are; a bit each for those within the part.
+// The positions of candidates, and a bit for each that lies within the part.
 uint place_candidates(Part part, vec3 middle) {
     uint inside = 0u;
     for (int k = 0; k < GRID; k++) {
@@ -71,10 +70,10 @@ uint place_candidates(Part part, vec3 middle) {
     return inside;
 }
 
-// Where triangle abc, whose corners are that high above a plane, meets the plane.
+// The intersection of triangle abc with a plane, from the heights of its corners above the plane.
 bool section(vec3 heights, vec3 a, vec3 b, vec3 c, out vec3 p, out vec3 q) {
     bvec3 above = greaterThanEqual(heights, vec3(0.0));
-    // The corner that is alone on its side, and the others.
+    // The corner that is alone on its side, and the other two.
     bool a_alone = above.y == above.z;
     bool b_alone = above.x == above.z;
     vec3 own = a_alone ? a : b_alone ? b : c;
@@ -86,8 +85,8 @@ bool section(vec3 heights, vec3 a, vec3 b, vec3 c, out vec3 p, out vec3 q) {
     return !(all(above) || !any(above));
 }
 
-// Which of the candidates, a bit each, the triangle abc hides from a point of the part: seen along the dominant axis,
-// the way from the point to the candidate crosses the line in which the triangle meets the plane of such ways.
+// The candidates, a bit each, that triangle abc hides from a point of the part. Seen along the dominant axis, the
+// segment from the point to the candidate crosses the intersection of the triangle with the plane of such segments.
 uint hidden_by(Part part, vec2 from, vec3 a, vec3 b, vec3 c) {
     vec3 heights = vec3(dot(part.n, a - part.a), dot(part.n, b - part.a), dot(part.n, c - part.a));
     uint hidden = 0u;
@@ -98,11 +97,11 @@ uint hidden_by(Part part, vec2 from, vec3 a, vec3 b, vec3 c) {
         vec3 off = part.center + side * part.start * part.n;
         vec2 p = across(p3 - off, part.axis);
         vec2 along = across(q3 - off, part.axis) - p;
-        // A hair of tolerance: no light between two triangles that share an edge.
+        // A small tolerance keeps light from passing between two triangles with a common edge.
         p -= 1e-5 * along;
         along *= 1.00002;
         vec2 q = p + along;
-        // All ways lie within the voxel.
+        // All segments lie within the voxel.
         meets = meets && all(lessThan(min(p, q), vec2(0.51))) && all(greaterThan(max(p, q), vec2(-0.51)));
         float here = cross2(along, from - p);
         for (int k = 0; k < (meets ? CANDIDATES : 0); k++) {
@@ -115,7 +114,7 @@ uint hidden_by(Part part, vec2 from, vec3 a, vec3 b, vec3 c) {
     return hidden;
 }
 
-// Which of the candidates, a bit each, cannot be seen from a point of the part, on all sides that are lit.
+// The candidates, a bit each, that are invisible from a point of the part on all lit sides.
 uint hidden_from(Part part, vec2 from, uint candidates) {
     uint hidden = 0u;
     uint item = heads[part.voxel];
@@ -125,8 +124,8 @@ uint hidden_from(Part part, vec2 from, uint candidates) {
         bool itself = item_parts[item - 1u].lit_by == part.item;
         item = entry.next;
         uint material = triangles[entry.triangle].material;
-        // Leaves that lie through each other would cut one another into more parts than two, and most of what is seen
-        // of them be dark.
+        // Intersecting leaves would cut each other into more than two parts, and most of the visible ones would be
+        // dark.
         bool opaque = is_opaque(materials[material].flags, materials[material].transmission);
         COUNT(LIST_ITEMS, 1u);
         COUNT(CORNERS, 3u);
@@ -141,7 +140,7 @@ uint hidden_from(Part part, vec2 from, uint candidates) {
     return hidden & candidates;
 }
 
-// Of the points in the mask, which is not empty, the one farthest from `from`.
+// The point in the nonempty mask that is farthest from `from`.
 int farthest(Part part, vec3 from, uint points) {
     int best = -1;
     float most = -1.0;
@@ -162,7 +161,7 @@ void split(Part part, vec3 middle) {
     if (hidden == 0u) {
         return;
     }
-    // As far from each other as candidates are: what lies between may be within a wall.
+    // The distance of neighbouring candidates: points between may be within a wall.
     int there = farthest(part, middle, hidden);
     uint beyond = hidden_from(part, candidates_at[there], inside);
     vec2 here = beyond == 0u ? off : candidates_at[farthest(part, candidate(part, there), beyond)];

@@ -7,23 +7,23 @@
 
 struct Surface {
     vec3 position; // voxels
-    vec3 normal; // shading normal of the side looked at, unit
-    vec3 facet; // geometric normal of that side, unit
+    vec3 normal; // unit shading normal of the visible side
+    vec3 facet; // unit geometric normal of that side
     vec3 diffuse; // albedo of the Lambertian part
     vec3 f0;
     float f90;
-    // Brightest channel of the dielectric's alone, which takes its share from the diffuse and transmitted parts.
+    // The brightest channel of the dielectric part alone, which takes its share from the diffuse and transmitted parts.
     float coat_f0;
     float coat_f90;
     float roughness;
-    float opacity; // 1 − what alpha blending lets through
-    vec3 transmitted; // tint of what is transmitted, 0 if nothing is
+    float opacity; // 1 − the share that alpha blending lets through
+    vec3 transmitted; // tint of transmission; 0 without transmission
     float transmission;
     vec3 emitted; // radiance
     float ior;
     float thickness_m;
     vec3 albedo; // base colour
-    float diffuse_share; // neither metal nor transmitting
+    float diffuse_share; // share that is neither metal nor transmitting
     bool unlit;
     Finish finish;
 };
@@ -56,7 +56,7 @@ vec4 color_at(uint corner) {
         : vec4(1.0);
 }
 
-// Of the triangle at that place among those recorded.
+// For the recorded triangle with that index.
 Attributes attributes_of(uint triangle) {
     uint a = corner_place(triangle, 0u);
     uint b = corner_place(triangle, 1u);
@@ -70,7 +70,7 @@ vec4 between(vec4 corners[3], vec3 weights) {
     return corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z;
 }
 
-// A macro, as `slot_in_use`.
+// This is a macro, like `slot_in_use`.
 #define has_slot(m, slot) (slot_in_use(slot) && (m).slots[slot].level_count > 0u)
 
 // In voxels of the base grid.
@@ -78,7 +78,7 @@ mat3 corners_of(Triangle t) {
     return mat3(t.corners[0], t.corners[1], t.corners[2]);
 }
 
-// How uv moves per unit of length of `corners`, along two orthogonal directions in the triangle's plane.
+// The change of uv per unit of length of `corners`, along two orthogonal directions in the triangle's plane.
 Footprint footprint_over(Attributes attributes, mat3 corners) {
     vec3 e1 = corners[1] - corners[0];
     vec3 e2 = corners[2] - corners[0];
@@ -97,7 +97,7 @@ Footprint footprint_over(Attributes attributes, mat3 corners) {
     return footprint;
 }
 
-// Base colour and alpha as blending and masks see them.
+// Base colour and alpha for blending and masks.
 vec4 base_color(Material m, vec4 uv, vec4 color, Footprint footprint) {
     vec4 base = m.base_color * color;
     if (has_slot(m, SLOT_BASE_COLOR)) {
@@ -106,7 +106,7 @@ vec4 base_color(Material m, vec4 uv, vec4 color, Footprint footprint) {
     return base;
 }
 
-// A factor that equals the cutoff, under a texture of ones, is no hole: filtering rounds by less than this.
+// A factor that equals the cutoff, with a texture of ones, is not a hole: filtering rounds by less than this.
 const float ALPHA_ROUNDING = 1e-5;
 
 float surface_alpha(Material m, float alpha) {
@@ -116,14 +116,14 @@ float surface_alpha(Material m, float alpha) {
     return (m.flags & MATERIAL_BLEND) != 0u ? clamp(alpha, 0.0, 1.0) : 1.0;
 }
 
-// Beer's law: what a way through the material leaves, per channel.
+// Beer's law: the share that remains after a distance in the material, per channel.
 vec3 attenuation(Material m, float way_m) {
     return m.attenuation_distance_m < 1e30
         ? pow(max(m.attenuation_color, vec3(1e-6)), vec3(way_m / m.attenuation_distance_m))
         : vec3(1.0);
 }
 
-// `weights`: barycentric. `back`: the side against the winding is looked at.
+// `weights` are barycentric. `back` says whether the side against the winding is visible.
 Surface evaluate_surface(Triangle t, Attributes attributes, vec3 weights, Footprint footprint, bool back) {
     Material m = materials[t.material];
     COUNT(MATERIALS, 1u);
@@ -184,7 +184,7 @@ Surface evaluate_surface(Triangle t, Attributes attributes, vec3 weights, Footpr
     s.f90 = mix(specular, 1.0, metallic);
     s.coat_f0 = brightest(dielectric_f0);
     s.coat_f90 = specular;
-    s.diffuse_share = 1.0 - metallic - s.transmission; // s.transmission is a share of what is no metal
+    s.diffuse_share = 1.0 - metallic - s.transmission; // s.transmission is a share of the non-metallic part
     s.diffuse = base.rgb * s.diffuse_share;
     s.transmitted = base.rgb * s.transmission;
     s.opacity = surface_alpha(m, base.a);
@@ -202,7 +202,7 @@ Surface evaluate_surface(Triangle t, Attributes attributes, vec3 weights, Footpr
         s.coat_f0 = 0.0;
         s.coat_f90 = 0.0;
     } else if (s.thickness_m > 0.0) {
-        // The thickness that the material states stands for the way through it.
+        // The stated thickness of the material is used as the distance through it.
         s.transmitted *= attenuation(m, s.thickness_m);
     }
     s.finish = NO_FINISH;
@@ -216,7 +216,7 @@ Surface evaluate_surface(Triangle t, Attributes attributes, vec3 weights, Footpr
         s.finish.film_f0 = dielectric_f0;
         s.finish.film_metal = vec4(base.rgb, metallic);
         if (feature(FEATURE_ANISOTROPY) && s.finish.along > 0.0) {
-            // Where one roughness stands for both, it is their geometric mean.
+            // A single roughness for both is their geometric mean.
             s.roughness = sqrt(sqrt(s.finish.along * s.finish.across));
         }
     }

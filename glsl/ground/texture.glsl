@@ -1,10 +1,10 @@
-// Textures sampled by hand, from one atlas. No bindless on the floor device, no two textures of one size, samplers of
-// every kind, and its 8-bit filtering rounds small values to zero: so texels are fetched and filtered here, in f32, the
-// same everywhere.
+// Texture sampling in shader code from one atlas. The weakest supported device has no bindless textures, the textures
+// differ in size and samplers, and its 8-bit filtering rounds small values to zero. Therefore texels are fetched and
+// filtered here in f32, identically on every device.
 #include "common/count.glsl"
 #include "ground/bindings.glsl"
 
-// How far uv moves, in units of uv, along the two axes of a footprint: columns.
+// The change of uv along the two axes of a footprint, as columns.
 struct Footprint {
     mat2 uv[2]; // per uv set
 };
@@ -23,16 +23,17 @@ int wrap_texel(int i, int size, uint mode) {
     return clamp(i, 0, size - 1);
 }
 
-const float MOST_PROBES = 8.0; // along a long footprint
-// Levels finer than a texel per probe: two filtered levels are wider than a pixel. On a textured atrium's base colour,
-// mean |error| against the path tracer's is .054, .045, .042 at 0, −½, −1, of the whole image .080, .073, .075.
+const float MOST_PROBES = 8.0; // along an elongated footprint
+// The bias of the level in favour of finer texels: two filtered levels are wider than a pixel. For a textured atrium,
+// the mean |error| of base colour against the path tracer is .054, .045, .042 at 0, −½, −1, and of the whole image
+// .080, .073, .075.
 const float FINER = 0.5;
 
-// Where a footprint is sampled: as many probes along its longer axis as it is longer than the other one.
+// The probes of a footprint: their number along its longer axis is the ratio of both axes.
 struct Probes {
     uint count;
-    vec2 axis; // of uv, the whole way from end to end
-    float level; // at which a probe is as wide as a texel
+    vec2 axis; // in uv, from end to end
+    float level; // level at which a probe is as wide as a texel
 };
 
 Probes probes_over(TextureSlot slot, mat2 footprint) {
@@ -46,8 +47,8 @@ Probes probes_over(TextureSlot slot, mat2 footprint) {
         uint(count), x < y ? footprint[1] : footprint[0], log2(max(max(longer / count, min(x, y)), 1e-10)) - FINER);
 }
 
-// Every tap of every level in one loop: lavapipe runs all code of a shader, whatever its branches, and a loop's body
-// once is what it costs a point without this texture.
+// Every tap of every level is in one loop: lavapipe executes all code of a shader regardless of branches, and one pass
+// through the loop is the cost of a point without this texture.
 vec4 sample_texture(TextureSlot slot, vec2 uv, mat2 footprint, bool srgb) {
     COUNT(TEXTURE_RECORDS, 1u);
     uint mip = (slot.flags >> 6) & 3u;

@@ -1,8 +1,8 @@
-// A way through the tree of all triangles: nearer boxes first, without a stack.
+// Traversal of the tree of all triangles: nearer boxes first, without a stack.
 //
-// A CPU device runs both sides of every branch and leaves only loops early: so one loop passes boxes, and triangles are
-// tested outside of it. And it ends every loop of an invocation once all its loops together have gone round 65535 times
-// (Mesa, gallivm): loops are left at their heads, where nothing is pending for lanes that have left.
+// A CPU device executes both sides of every branch and only leaves loops early. Therefore one loop passes boxes, and
+// triangles are tested outside of it. The device also ends every loop of an invocation after 65,535 iterations in total
+// (Mesa, gallivm). Loops are left at their heads, where no work is pending for lanes that have left.
 
 #include "common/count.glsl"
 #include "ground/tree_nodes.glsl"
@@ -11,19 +11,19 @@ layout(scalar) readonly buffer Slots { uint slots[]; }; // source → 1 + place 
 layout(scalar) readonly buffer TreeLinks { uint tree_links[]; };
 layout(scalar) readonly buffer TreeBoxes { uvec3 tree_boxes[]; };
 
-struct Way {
-    vec3 inverse; // planes: distance = plane × inverse + bias
+struct Traversal {
+    vec3 inverse; // distance to a plane = plane × inverse + bias
     vec3 bias;
-    uvec3 begins; // shifts to the plane of a box where the way enters
+    uvec3 begins; // shifts to the plane of a box at which the ray enters
     uint octant;
-    float enter; // distances between which it lies in the volume
+    float enter; // distances between which the ray lies in the volume
     float leave;
-    uint node; // 1-based; 0: it is over
+    uint node; // 1-based; 0: the end
 };
 
-Way start_way(vec3 origin, vec3 d) {
+Traversal start_traversal(vec3 origin, vec3 d) {
     COUNT(RAYS_BEGUN, 1u);
-    Way w;
+    Traversal w;
     vec3 inverse = 1.0 / mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
     w.inverse = inverse / planes_per_voxel();
     w.bias = -(origin * planes_per_voxel() + 1.0) * w.inverse;
@@ -40,9 +40,9 @@ Way start_way(vec3 origin, vec3 d) {
     return w;
 }
 
-// On to the next leaf whose box the way meets between the distances `least` and `most`. Returns its first word; 0, as
-// of a leaf without triangles, at the end.
-uint next_leaf(inout Way w, float least, float most) {
+// Advances to the next leaf whose box the ray meets between the distances `least` and `most`. Returns its first word;
+// 0, like a leaf without triangles, at the end.
+uint next_leaf(inout Traversal w, float least, float most) {
     uint leaf = 0u;
     for (uint k = 0u; k < 65535u && leaf == 0u && w.node != 0u; k++) {
         COUNT(RAY_STEPS, 1u);
@@ -60,14 +60,14 @@ uint next_leaf(inout Way w, float least, float most) {
     return leaf;
 }
 
-// Past the leaf at which the way stands.
-void pass_leaf(inout Way w, bool done) {
+// Continues after the current leaf.
+void pass_leaf(inout Traversal w, bool done) {
     if (done && w.node != 0u) {
         w.node = tree_links[NODE_WORDS * (w.node - 1u) + NODE_NEXT + w.octant];
     }
 }
 
-// 1 + the place of triangle `i` of a leaf; 0 if it was dropped.
+// 1 + the index of triangle `i` of a leaf; 0 if it was dropped.
 uint leaf_triangle(uint leaf, uint i) {
     return slots[tree_links[leaf_first(leaf) + i]];
 }

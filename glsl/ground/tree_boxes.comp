@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Puts the boxes of one level of the tree about what lies below: recorded triangles, or two boxes of the level below,
-// done before. tests/twins/tree.rs holds every box.
+// Fits the boxes of one level of the tree to the recorded triangles, or to the boxes of the level below, which were
+// fitted before. tests/twins/tree.rs checks every box.
 
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
@@ -26,13 +26,14 @@ uvec3 about_boxes(uvec3 a, uvec3 b) {
 }
 
 uvec3 about_points(vec3 low, vec3 high) {
-    // A plane to spare on each side: rays' distances are rounded, and a hit may lie a hair outside of its triangle.
+    // One plane on each side is spare: distances of rays are rounded, and a hit may lie slightly outside of its
+    // triangle.
     uvec3 begin = uvec3(clamp(floor(low * planes_per_voxel()), 0.0, 65535.0));
     uvec3 end = uvec3(clamp(ceil(high * planes_per_voxel()) + 2.0, 0.0, 65535.0));
     return begin | end << 16u;
 }
 
-// A triangle that was dropped when it was recorded has none.
+// A triangle that was dropped when it was recorded has no box.
 uvec3 about_triangle(uint source) {
     uint slot = slots[source];
     uint place = max(slot, 1u) - 1u;

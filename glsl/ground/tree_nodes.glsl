@@ -1,16 +1,17 @@
-// The tree's nodes. `links` of a node: 9 words, written by src/ground/tree/. `box`: on which of 65536 planes along each
-// axis the volume's part that holds the node's triangles begins (low half) and ends (high half). Words behind the
-// nodes' are sources of triangles.
+// The tree's nodes. `links` has 9 words per node, written by src/ground/tree/. `box` has, for each axis, the first
+// plane (low half) and the last plane (high half) of the node's triangles within the volume, out of 65536 planes. The
+// words after those of the nodes are sources of triangles.
 
 #include "ground/constants.glsl"
 
 const uint NODE_WORDS = 9u;
-const uint NODE_NEXT = 1u; // where the 8 octants' ways past the node start
-const uint LEAF = 3u; // in the two low bits of the first word, instead of the axis that parts the children
+const uint NODE_NEXT = 1u; // first of the 8 words with the next node for each octant
+const uint LEAF = 3u; // in the two low bits of the first word, instead of the axis that separates the children
 
-const uint EMPTY_BOX = 0x0000ffffu; // begins where others end
+const uint EMPTY_BOX = 0x0000ffffu; // begins where other boxes end
 
-// Of a leaf, by its first word: how many triangles it has, and the word that holds the first one's source. 0 has none.
+// For a leaf, by its first word: the number of its triangles, and the word with the source of the first one. 0 has
+// none.
 uint leaf_count(uint word) {
     return word == 0u ? 0u : (word >> 2u & 1u) + 1u;
 }

@@ -1,10 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Voxelise: every voxel that a triangle touches gets it into its list. A thread lists a triangle about which there are
-// few columns of voxels; a workgroup goes through the columns of each other one together, or, where triangles are few,
-// several workgroups do. Each thread makes room for the items of a block of columns at once: items that stand side by
-// side in the lists then lie side by side in space, and what goes through them reads memory close together.
+// Voxelise: adds every triangle to the list of every voxel that it touches. A thread lists a triangle with few columns
+// of voxels. A workgroup visits the columns of larger triangles together or, if there are few triangles, several
+// workgroups do. Each thread reserves room for the items of a block of columns at once: items that are adjacent in the
+// lists are then adjacent in space, and passes over them read nearby memory.
 
 #include "common/count.glsl"
 #include "common/dominant_axis.glsl"
@@ -12,17 +12,17 @@
 #include "ground/layout.glsl"
 #include "ground/list_column.glsl"
 
-// Columns that a thread lists a triangle in by itself.
+// The maximum number of columns of a triangle that a single thread lists.
 const uint FEW_COLUMNS = 16u;
 // Columns of a block; MOST_IN_COLUMN voxels of each have a bit in one word.
 const uint BLOCK_COLUMNS = 8u;
-// Of a block among many: along the two axes after the projected one.
+// The shape of a block among many columns, along the two axes after the projected one.
 const uvec2 BLOCK = uvec2(4u, 2u);
 
 layout(scalar) readonly buffer Recorded { Globals recorded; }; // the base grid's counters
 layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
 
-// A rectangle of columns, along the two axes after the projected one.
+// A rectangle of columns along the two axes after the projected one.
 struct Columns {
     uvec2 first;
     uvec2 size; // 0: none
@@ -39,7 +39,7 @@ Projected projected(uint triangle) {
     return Projected(a, b, c, normal, dominant_axis(normal));
 }
 
-// The columns about a triangle, a hundredth of a voxel for rounding about them. None if all of it is outside.
+// The columns of a triangle, with a hundredth of a voxel for rounding. Empty if the triangle is outside.
 Columns columns_of(Projected p) {
     vec3 low = min(p.a, min(p.b, p.c)) - 0.01;
     vec3 high = max(p.a, max(p.b, p.c)) + 0.01;
@@ -50,7 +50,7 @@ Columns columns_of(Projected p) {
     return Columns(first, outside ? uvec2(0u) : end - first + 1u);
 }
 
-// Column k of a block, counted from the first column. Few columns are cut into blocks in their order, many into
+// Column k of a block, counted from the first column. A few columns are split into blocks in their order, many into
 // rectangles.
 uvec2 column_at(Columns columns, bool few, uint block, uint k) {
     uint i = BLOCK_COLUMNS * block + k;
@@ -78,7 +78,7 @@ void list_block(uint triangle, Projected p, Columns columns, bool few, uint bloc
 
 void main() {
     uint count = min(recorded.vertex_count / 3u, uint(triangles.length()));
-    // Triangles of a workgroup stand side by side: what goes through lists then finds their items close together.
+    // Triangles of a workgroup are adjacent, so that passes over lists find their items in nearby memory.
     uint own = thread();
     wide_count = 0u;
     barrier();

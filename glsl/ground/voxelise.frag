@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with DILATED
-// Voxelise, as the talk does it: a pixel is a column of voxels. Every voxel of the column that the triangle touches
-// gets it into its list; with DILATED, that the dilated triangle touches.
+// Voxelise, as in the talk: a pixel is a column of voxels. Every voxel of the column that the triangle touches lists
+// it; with DILATED, every voxel that the dilated triangle touches.
 
 #include "common/count.glsl"
 #include "ground/layout.glsl"

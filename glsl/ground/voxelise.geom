@@ -1,10 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 //! with DILATED
-// Voxelise: projects on the dominant axis and dilates by half a pixel, so that every pixel that the triangle
-// touches gets a fragment. Too many do: the fragment shader tests each voxel exactly. Where the hardware rasterises
-// conservatively, dilating makes room for its snapping alone. With DILATED the fragment shader tests what was dilated,
-// as in the talk, and is handed that.
+// Voxelise: projects the triangle along its dominant axis and dilates it by half a pixel, so that every pixel that it
+// touches gets a fragment. Too many pixels do, so the fragment shader tests each voxel exactly. If the hardware
+// rasterises conservatively, the dilation only covers its snapping. With DILATED the fragment shader receives and tests
+// the dilated triangle, as in the talk.
 
 #include "ground/constants.glsl"
 #include "common/dominant_axis.glsl"
@@ -23,10 +23,10 @@ layout(location = 2) flat out vec3 out_normal;
 layout(location = 3) flat out vec3 out_dilated[4]; // a strip in the triangle's plane
 #endif
 
-layout(constant_id) const uint HARDWARE = 0u; // 1: every touched pixel gets a fragment as it is
+layout(constant_id) const uint HARDWARE = 0u; // 1: every touched pixel gets a fragment without dilation
 
-// Half a pixel, and room for the rasteriser's snapping to 1/256 pixel: exactly 0.5 loses 0.5 % of the pairs. What is at
-// least twice that room wide also keeps an area when snapped: devices may drop what has none.
+// Half a pixel, and a margin for the rasteriser's snapping to 1/256 pixel: exactly 0.5 loses 0.5 % of the pairs.
+// Outlines at least twice as wide as the margin keep an area after snapping; devices may drop those without area.
 const float DILATION = HARDWARE != 0u ? 0.01 : 0.51;
 
 vec3 normal;
@@ -61,7 +61,7 @@ void emit(vec2 corners[4], int count) {
     EndPrimitive();
 }
 
-// Half the width of the pixel square across a unit direction.
+// Half the extent of the pixel's square along a unit direction.
 float support(vec2 d) {
     return DILATION * (abs(d.x) + abs(d.y));
 }
@@ -70,7 +70,7 @@ void main() {
     vec3 low = min(in_position[0], min(in_position[1], in_position[2]));
     vec3 high = max(in_position[0], max(in_position[1], in_position[2]));
     if (any(lessThan(high, vec3(-1.0))) || any(greaterThan(low, vec3(float(EDGE) + 1.0)))) {
-        return; // all of it is outside, as most is of a small box
+        return; // all of it is outside, like most triangles of a small box
     }
     normal = triangle_normal(in_position[0], in_position[1], in_position[2]);
     axis = dominant_axis(normal);
@@ -84,7 +84,7 @@ void main() {
         p[2] = swap;
     }
 
-    // The box about the triangle, turned along its longest edge: always conservative, tight around needles.
+    // A box around the triangle, aligned with its longest edge: always conservative, and tight for needles.
     vec2 along = p[1] - p[0];
     vec2 e1 = p[2] - p[1];
     vec2 e2 = p[0] - p[2];
@@ -101,8 +101,8 @@ void main() {
     float c1 = max(c.x, max(c.y, c.z)) + support(across);
     float box_area = (a1 - a0) * (c1 - c0);
 
-    // The triangle with its edges moved outwards (Hasselgren et al., GPU Gems 2, ch. 42): smaller, unless an angle is
-    // sharp.
+    // The triangle with its edges moved outwards (Hasselgren et al., GPU Gems 2, ch. 42): smaller than the box unless
+    // an angle is sharp.
     vec2 outward[3];
     float offset[3];
     bool good = true;
@@ -126,7 +126,7 @@ void main() {
     if (good && triangle_area > 0.0 && triangle_area < box_area) {
         emit(corner, 3);
     } else if (HARDWARE != 0u) {
-        // The box in one triangle: of two, both would touch the pixels along their common edge.
+        // One triangle around the box: with two, both would touch the pixels along their common edge.
         vec2 last = along * a0 + across * (2.0 * c1 - c0);
         emit(vec2[4](along * a0 + across * c0, along * (2.0 * a1 - a0) + across * c0, last, last), 3);
     } else {

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Voxelise: fetches from the triangle buffer.
+// Voxelise: fetches corners from the triangle buffer.
 
 #include "ground/layout.glsl"
 #include "common/count.glsl"
@@ -15,7 +15,7 @@ layout(location = 1) flat out uint out_triangle;
 
 void main() {
     COUNT(CORNERS, 1u);
-    // The draw's count is the recorder's counter, which runs on past a full buffer.
+    // The count of the draw is the recorder's counter, which may exceed the buffer.
     out_triangle = min(uint(gl_VertexIndex) / 3u, uint(triangles.length()) - 1u);
     out_position = in_grid(triangles[out_triangle].corners[uint(gl_VertexIndex) % 3u]);
     gl_Position = vec4(0.0, 0.0, 0.0, 1.0);

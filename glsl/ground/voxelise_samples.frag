@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Voxelise by samples: every voxel into which a sample of the triangle falls gets it into its list, with the count of
-// its samples. CPU twin: tests/twins/cover.rs.
+// Voxelise by samples: every voxel with samples of the triangle lists it, with the number of its samples. CPU twin:
+// tests/twins/cover.rs.
 
 #include "common/count.glsl"
 #include "ground/layout.glsl"

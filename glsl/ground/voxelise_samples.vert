@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Voxelise by samples: every vertex pulls its whole triangle from the buffer and projects its own corner along the axis
-// that the triangle faces most, without a geometry shader.
+// Voxelise by samples: every vertex fetches its whole triangle from the buffer and projects its own corner along the
+// axis that the triangle faces most, without a geometry shader.
 
 #include "common/count.glsl"
 #include "common/dominant_axis.glsl"
@@ -20,7 +20,7 @@ layout(location = 2) flat out vec3 out_normal;
 
 void main() {
     COUNT(CORNERS, 3u);
-    // The draw's count is the recorder's counter, which runs on past a full buffer.
+    // The count of the draw is the recorder's counter, which may exceed the buffer.
     out_triangle = min(uint(gl_VertexIndex) / 3u, uint(triangles.length()) - 1u);
     vec3 a = in_grid(triangles[out_triangle].corners[0]);
     vec3 b = in_grid(triangles[out_triangle].corners[1]);

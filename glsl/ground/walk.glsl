@@ -1,5 +1,5 @@
-// Rays through the tree of all triangles: exact, on any device. What they find is what testing every triangle finds, to
-// the bit, whatever the tree is like.
+// Rays through the tree of all triangles: exact, on any device. The results are bit-identical to testing every
+// triangle, for any tree.
 #include "common/count.glsl"
 #include "ground/hit.glsl"
 #include "ground/boxes.glsl"
@@ -7,13 +7,13 @@
 
 // As trace_shadow_ray.
 vec3 walk_shadow_ray(vec3 origin, vec3 d, float distance) {
-    Way w = start_way(origin, d);
+    Traversal w = start_traversal(origin, d);
     float most = min(distance, w.leave);
     bool blocked = false;
     uvec3 depth = uvec3(0u);
-    uint tested = 0u; // triangles of the leaf at which the way stands
+    uint tested = 0u; // tested triangles of the current leaf
     for (uint k = 0u; k < 65535u && !blocked && w.node != 0u; k++) {
-        // 1 + the place of a triangle that was hit and may let light through: its textures are looked at out here.
+        // 1 + the index of a hit triangle that may let light through; its textures are read outside of the loop.
         uint passing = 0u;
         vec2 passing_uv = vec2(0.0);
         for (uint l = 0u; l < 65535u && !blocked && passing == 0u && w.node != 0u; l++) {
@@ -45,8 +45,7 @@ vec3 walk_shadow_ray(vec3 origin, vec3 d, float distance) {
     return blocked ? vec3(0.0) : light_after(depth);
 }
 
-// Tests triangle `i` of a leaf, in its turn: whether it is the nearest so far between the distances `least` and
-// `leave`.
+// Tests triangle `i` of a leaf: whether it is the nearest so far between the distances `least` and `leave`.
 void test_nearest(uint leaf, uint i, vec3 origin, vec3 d, float least, float leave, inout uint tested,
     inout RayHit best, inout RayHit masked) {
     bool its_turn = tested == i && i < leaf_count(leaf) && masked.triangle == 0u;
@@ -73,16 +72,16 @@ void test_nearest(uint leaf, uint i, vec3 origin, vec3 d, float least, float lea
 // As trace_ray.
 RayHit walk_ray(vec3 origin, vec3 d, float least) {
     RayHit best = RayHit(0u, vec2(0.0), 1e30);
-    Way w = start_way(origin, d);
+    Traversal w = start_traversal(origin, d);
     float most = w.leave;
-    uint tested = 0u; // triangles of the leaf at which the way stands
+    uint tested = 0u; // tested triangles of the current leaf
     for (uint k = 0u; k < 65535u && w.node != 0u; k++) {
-        RayHit masked = RayHit(0u, vec2(0.0), 1e30); // would be the nearest: its textures are looked at out here
+        RayHit masked = RayHit(0u, vec2(0.0), 1e30); // its textures are read outside of the loop
         for (uint l = 0u; l < 65535u && masked.triangle == 0u && w.node != 0u; l++) {
-            // A leaf that was found stays met until all of it is tested.
+            // A found leaf stays current until all of it is tested.
             most = tested == 0u ? min(w.leave, best.distance) : most;
             uint leaf = next_leaf(w, max(w.enter, least), most);
-            uint count = leaf_count(leaf); // two at most
+            uint count = leaf_count(leaf); // at most two
             test_nearest(leaf, 0u, origin, d, least, w.leave, tested, best, masked);
             test_nearest(leaf, 1u, origin, d, least, w.leave, tested, best, masked);
             bool done = tested >= count;

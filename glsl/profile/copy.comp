@@ -1,7 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Copies words, four per invocation: what the device reaches when it does nothing else, and what the model of fetched
-// bytes is checked on.
+// Copies words, four per invocation: it measures the maximum rate of the device, and checks the model of fetched bytes.
 
 #include "common/count.glsl"
 

@@ -2,7 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_samplerless_texture_functions : require
-// Evaluates one function of the shaders at many inputs, to be held against its twin in src/twins. Not part of a frame.
+// Evaluates one function of the shaders at many inputs, for comparison with its twin in tests/twins. Not part of a
+// frame.
 
 #include "common/item_lobe.glsl"
 #include "common/albedo.glsl"

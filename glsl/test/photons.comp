@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Evaluates one function of the method `photons` at many inputs, to be held against formulas. Not part of a frame.
+// Evaluates one function of the method `photons` at many inputs, for comparison with formulas. Not part of a frame.
 
 #include "ground/bindings.glsl"
 #include "gi/photons/cone.glsl"

@@ -1,29 +1,30 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Traces given rays over the lists of a frame, one per invocation, to be held against brute force. Not part of a frame.
+// Traces given rays over the lists of a frame, one per invocation, for comparison with brute force. Not part of a
+// frame.
 
 #include "ground/constants.glsl"
 #include "ground/ray.glsl"
 
 layout(local_size_x = 64) in;
 
-// The twins of both structs stand in tests/device/rays_oracle/oracle.rs.
+// The twins of both structs are in tests/device/rays_oracle/oracle.rs.
 struct Ray {
     vec3 position;
     float least;
     vec3 d; // unit
     float distance; // of the light, for shadow rays
-    vec3 facet; // normal of the surface where the ray starts; 0 if it starts on none
+    vec3 facet; // normal of the surface where the ray starts; 0 without a surface
 };
 
 struct Found {
     vec3 origin;
-    uint source; // 1-based; 0: nothing
+    uint source; // 1-based; 0: no hit
     vec2 uv;
     float distance;
-    uint sides; // bit 0: the back, bit 1: dark
-    vec3 passed; // through the triangle that was met, or all the way for a shadow ray
+    uint sides; // bit 0: back face, bit 1: dark
+    vec3 passed; // through the triangle that was hit, or the whole way for a shadow ray
 };
 
 layout(scalar) readonly buffer Inputs { Ray inputs[]; };

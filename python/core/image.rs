@@ -1,4 +1,4 @@
-//! Pictures, whose pixels numpy sees where they are.
+//! Pictures whose pixels numpy reads in place.
 
 use std::path::PathBuf;
 
@@ -37,7 +37,7 @@ impl Pixels {
         interface.set_item("version", 3)?;
         interface.set_item("shape", (height, width, 3))?;
         interface.set_item("typestr", if cfg!(target_endian = "little") { "<f4" } else { ">f4" })?;
-        // Pixels do not move or change as long as the picture lives; numpy is told that they are read-only.
+        // Pixels neither move nor change while the picture lives; numpy gets them as read-only.
         interface.set_item("data", (pixels.as_ptr() as usize, true))?;
         Ok(interface)
     }
@@ -82,7 +82,7 @@ impl Image {
         self.0.noise
     }
 
-    /// The settings as a TOML file; none of a traced picture.
+    /// The settings as a TOML file; `None` for a path-traced picture.
     #[getter]
     fn settings(&self) -> Option<String> {
         self.0.settings.as_ref().map(|settings| settings.to_toml())

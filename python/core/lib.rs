@@ -1,5 +1,6 @@
 //! The native part of the Python package `twobounce`. Python's part (`python/src/twobounce/__init__.py`) has the names,
-//! defaults and docs; this one converts values, runs the work without Python's lock, and lets signals and callbacks end it.
+//! defaults and docs; this part converts values, runs the work without Python's lock, and lets signals and callbacks
+//! end it.
 
 mod image;
 mod options;
@@ -23,7 +24,7 @@ pyo3::create_exception!(
     "A file, a value or a device is wrong; the message is one sentence that says what to do."
 );
 
-/// The exception of an error.
+/// The Python exception for an error.
 fn to_python(error: twobounce::Error) -> PyErr {
     match error {
         twobounce::Error::Memory(text) => PyMemoryError::new_err(text),
@@ -31,7 +32,7 @@ fn to_python(error: twobounce::Error) -> PyErr {
     }
 }
 
-/// `options`: see `options::read`. `progress`: is called with the passes that there are and those that are needed.
+/// `options`: see `options::read`. `progress` is called with the numbers of finished and of needed passes.
 #[pyfunction]
 fn render(py: Python<'_>, scene: &Scene, options: &Bound<'_, PyDict>, progress: Option<Py<PyAny>>) -> PyResult<Image> {
     let mut options = options::read(options)?;
@@ -44,7 +45,7 @@ fn render(py: Python<'_>, scene: &Scene, options: &Bound<'_, PyDict>, progress: 
     Ok(Image::new(image))
 }
 
-/// `progress`: is called with the share of the paths that are traced, and the noise where it is known.
+/// `progress` is called with the share of traced paths, and the noise where it is known.
 #[pyfunction]
 #[pyo3(signature = (scene, options, *, bounces, samples, noise, seed, keep, progress))]
 #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -70,7 +71,7 @@ fn path_trace(
                 (told.paths as f64 / told.expected.max(1) as f64, told.noise)
             })
         });
-        // Threads tell it in any order.
+        // Threads call it in any order.
         let latest = Mutex::new(0);
         let progress = |told: twobounce::reference::Progress| {
             let mut latest = latest.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,4 +1,4 @@
-//! Options from a dictionary. Python's part fills it, so that every key is there or left at its default.
+//! Options from a dictionary. Python's part fills it: every key is present, or its default applies.
 
 use std::path::PathBuf;
 use std::time::Duration;

@@ -1,15 +1,15 @@
-//! Scenes: from files, or made of arrays.
+//! Scenes from files, or made of arrays.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 use pyo3::prelude::*;
-use twobounce::scene::{Image, LightKind, Material, Mesh, Mip, Texture, TextureRef, View, Wrap};
+use twobounce::scene::{TextureImage, LightKind, Material, Mesh, Mip, Texture, TextureRef, View, Wrap};
 
 use crate::{Error, to_python};
 
-/// A scene. It is shared with the work that renders it, and copied where it changes meanwhile.
+/// A scene. It is shared with the work that renders it, and copied when it changes meanwhile.
 #[pyclass(module = "twobounce._core")]
 pub struct Scene(Arc<twobounce::Scene>);
 
@@ -26,7 +26,7 @@ fn vectors<const N: usize, T>(bytes: &[u8], make: impl Fn([f32; N]) -> T) -> Vec
     bytes.chunks_exact(4 * N).map(vector).collect()
 }
 
-/// The place of a light that shines in a direction, along its −Z. How it is turned about that axis does not matter.
+/// The transform of a light that shines in a direction, along its −Z. Its rotation about that axis has no effect.
 fn towards(direction: [f64; 3], position: [f64; 3]) -> PyResult<DAffine3> {
     let back = -DVec3::from(direction);
     let back = back.try_normalize().ok_or_else(|| Error::new_err("the direction of a light is zero; give another"))?;
@@ -36,7 +36,7 @@ fn towards(direction: [f64; 3], position: [f64; 3]) -> PyResult<DAffine3> {
 
 #[pymethods]
 impl Scene {
-    /// A scene without anything.
+    /// An empty scene.
     #[new]
     fn new(name: &str) -> Self {
         Self(Arc::new(twobounce::Scene::empty(name)))
@@ -62,7 +62,7 @@ impl Scene {
         self.0.cameras.iter().map(|camera| camera.name.clone()).collect()
     }
 
-    /// Name and seconds of each.
+    /// Name and duration in seconds of each animation.
     #[getter]
     fn animations(&self) -> Vec<(String, f32)> {
         self.0.animations.iter().map(|animation| (animation.name.clone(), animation.duration)).collect()
@@ -104,13 +104,14 @@ impl Scene {
     /// `rgba`: 8-bit sRGB, rows from the top.
     fn add_texture(&mut self, width: u32, height: u32, rgba: Vec<u8>) -> usize {
         let scene = Arc::make_mut(&mut self.0);
-        scene.images.push(Image { name: "texture".into(), width, height, rgba });
+        scene.images.push(TextureImage { name: "texture".into(), width, height, rgba });
         let (image, wrap) = (scene.images.len() - 1, [Wrap::Repeat; 2]);
         scene.textures.push(Texture { image, wrap, mag_linear: true, min_linear: true, mip: Mip::Linear });
         scene.textures.len() - 1
     }
 
-    /// Bytes of contiguous arrays: f32 positions and normals (3 a vertex) and uvs (2), u32 indices. `transform`: 3 rows of 4.
+    /// Bytes of contiguous arrays: f32 positions and normals (3 a vertex) and uvs (2), u32 indices. `transform`: 3 rows
+    /// of 4.
     fn add_mesh(
         &mut self,
         arrays: (Vec<u8>, Vec<u8>, Vec<u8>, Vec<u8>),
@@ -153,7 +154,8 @@ impl Scene {
         Ok(Arc::make_mut(&mut self.0).add_mesh(mesh, DAffine3::from_mat3_translation(axes, column(3))))
     }
 
-    /// `place`: position, and direction of a spot or directional light. `cone`: inner and outer half angle of a spot light in radians.
+    /// `place`: position, and direction of a spot or directional light. `cone`: inner and outer half angle of a spot
+    /// light in radians.
     fn add_light(
         &mut self,
         intensity: [f32; 3],

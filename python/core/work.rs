@@ -1,4 +1,4 @@
-//! Work on a thread of its own, while Python's signals and other threads go on.
+//! Work on a separate thread, while Python's signals and other threads go on.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,10 +10,10 @@ use pyo3::prelude::*;
 
 use crate::to_python;
 
-/// How often signals are looked for.
+/// The interval of checks for signals.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// Ends the work, and keeps why.
+/// Ends the work, and stores the reason.
 #[derive(Clone, Default)]
 pub struct Job {
     pub cancel: Arc<AtomicBool>,
@@ -26,7 +26,7 @@ impl Job {
         self.cancel.store(true, Ordering::Relaxed);
     }
 
-    /// A function that calls one of Python's with what `words` makes of its argument. An exception there ends the work.
+    /// A function that calls one of Python's with its argument converted by `words`. An exception there ends the work.
     pub fn caller<T, A>(
         &self,
         call: Py<PyAny>,

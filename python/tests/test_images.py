@@ -19,7 +19,7 @@ def test_a_picture_is_a_view_of_the_renderers_memory(box):
     assert np.isfinite(radiance).all() and radiance.mean() > 0.05
     with pytest.raises(KeyError):
         image.layer("normal")
-    # Pixels outlive the picture that they are of.
+    # Pixels outlive their picture.
     before = radiance.copy()
     del image
     gc.collect()

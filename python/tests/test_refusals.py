@@ -81,7 +81,7 @@ def test_arrays_that_fit_no_mesh_are_refused():
     for words, call in cases:
         with pytest.raises(twobounce.Error, match=words):
             call()
-    # A scene of numbers that are none is refused when it is rendered.
+    # A scene with NaN is refused when it is rendered.
     scene.add_mesh(np.full((3, 3), NAN), [[0, 1, 2]], material)
     with pytest.raises(twobounce.Error):
         twobounce.render(scene, **SMALL)

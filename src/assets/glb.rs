@@ -24,14 +24,14 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 #[derive(Deserialize)]
 struct Description {
-    /// The name of the animation, where something moves.
+    /// The name of the animation, if something moves.
     animation: Option<String>,
     materials: Vec<Value>,
-    nodes: Vec<Node>,
+    nodes: Vec<FileNode>,
 }
 
 #[derive(Deserialize)]
-struct Node {
+struct FileNode {
     name: String,
     shape: Option<Form>,
     /// The name of the shape's material.
@@ -40,16 +40,16 @@ struct Node {
     light: Option<Value>,
     /// Makes the node a perspective camera; vertical, in degrees.
     fov: Option<f64>,
-    /// The node's place, and a point on its −Z axis.
+    /// The node's position, and a point on its −Z axis.
     looks: Option<[[f64; 3]; 2]>,
     /// Makes the node rotate around Y: seconds per rotation.
     turn_s: Option<f64>,
-    /// Where the node is: seconds, then metres.
+    /// The node's path: seconds, then metres.
     path: Option<Keys<4>>,
-    /// Where it is, and a point on its −Z axis.
+    /// The node's position over time, and a point on its −Z axis.
     flight: Option<Keys<7>>,
     angle: Option<Angle>,
-    /// How far the shape's other form is reached: seconds, then 0 to 1.
+    /// The weight of the shape's other form: seconds, then 0 to 1.
     morph: Option<Keys<2>>,
     /// Makes the shape a chain of joints.
     sway: Option<Sway>,
@@ -86,7 +86,7 @@ pub fn make(name: &str, description: &str) -> Result<Vec<u8>> {
 }
 
 impl Glb {
-    fn node(&mut self, node: Node) -> Result<()> {
+    fn node(&mut self, node: FileNode) -> Result<()> {
         let name = json!(node.name);
         let mut made = Value::Object(node.others);
         made["name"] = name.clone();
@@ -99,7 +99,7 @@ impl Glb {
             let mut primitive = self.primitive(&form);
             primitive["material"] = json!(material);
             if let Some(sway) = &node.sway {
-                // Its joints stand where it would.
+                // The joints determine the place of a skinned mesh, so its node has no transform.
                 let at = made.as_object_mut().and_then(|node| node.remove("translation"));
                 made["skin"] = json!(self.sway(sway, &form, &mut primitive, at.unwrap_or_default()));
             }
@@ -141,7 +141,7 @@ impl Glb {
         Ok(())
     }
 
-    /// Moves a property of a node: seconds and values, linear between them.
+    /// Animates a property of a node: seconds and values, linear between them.
     fn track<const N: usize>(&mut self, node: usize, path: &str, keys: Vec<(f64, [f64; N])>) {
         let last = keys.last().map_or(0.0, |(t, _)| *t);
         let input = self.vectors(keys.iter().map(|(t, _)| [*t]), None);
@@ -152,10 +152,10 @@ impl Glb {
         self.channels.push(json!({ "sampler": sampler, "target": { "node": node, "path": path } }));
     }
 
-    /// A skin for the shape: a chain of joints from `at` upwards, each turned against the one below. The vertices
-    /// follow the two that are nearest in height.
+    /// A skin for the shape: a chain of joints from `at` upwards, each rotated against the one below. Vertices follow
+    /// the two joints that are nearest in height.
     fn sway(&mut self, sway: &Sway, form: &Form, primitive: &mut Value, at: Value) -> usize {
-        let heights: Vec<f64> = Shape::of(form).positions.iter().map(|p| p.y).collect();
+        let heights: Vec<f64> = Shape::of_form(form).positions.iter().map(|p| p.y).collect();
         let height = heights.iter().copied().fold(0.0, f64::max);
         let step = height / f64::from(sway.joints);
         let joints: Vec<usize> = (0..sway.joints)
@@ -174,7 +174,7 @@ impl Glb {
         let inverse = self.vectors(inverse.collect::<Vec<_>>().into_iter(), None);
         let (mut of, mut weights) = (vec![], vec![]);
         for y in heights {
-            // A joint turns the part above it; between two, both do.
+            // A joint rotates the part above it; between two, both do.
             let along = (y / step - 0.5).clamp(0.0, f64::from(sway.joints - 1));
             let lower = (along as u8).min((sway.joints - 2) as u8);
             let upper = along - f64::from(lower);
@@ -187,7 +187,7 @@ impl Glb {
         self.push("skins", json!({ "joints": joints, "inverseBindMatrices": inverse }))
     }
 
-    /// The index of the material with this name, whose images are in the file from now on.
+    /// The index of the material with this name. Its images are added to the file.
     fn material(&mut self, name: Option<&str>) -> Result<usize> {
         let materials = self.lists.entry("materials").or_default();
         let index = materials.iter().position(|m| m["name"].as_str() == name);
@@ -205,7 +205,7 @@ impl Glb {
         if let Some((_, primitive)) = self.shapes.iter().find(|(f, _)| f == form) {
             return primitive.clone();
         }
-        let shape = Shape::of(form);
+        let shape = Shape::of_form(form);
         assert!(shape.positions.len() <= usize::from(u16::MAX), "indices are 16 bits wide");
         let positions = self.positions(&shape.positions, Some(ARRAY_BUFFER));
         let normals = self.vectors(shape.normals.iter().map(|n| n.to_array()), Some(ARRAY_BUFFER));
@@ -285,7 +285,7 @@ impl Glb {
         self.push("accessors", accessor)
     }
 
-    /// Vectors with their bounds, which glTF asks of positions.
+    /// Vectors with their bounds, which glTF requires for positions.
     fn positions(&mut self, positions: &[DVec3], target: Option<u32>) -> usize {
         let accessor = self.vectors(positions.iter().map(|p| p.to_array()), target);
         let bound = |start: DVec3, of: fn(DVec3, DVec3) -> DVec3| {

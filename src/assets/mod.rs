@@ -36,7 +36,7 @@ pub fn demo() -> Result<Vec<u8>> {
     glb::make("demo", DEMO)
 }
 
-/// Seconds that [`demo`] plays.
+/// The duration of [`demo`] in seconds.
 pub const DEMO_S: f64 = 12.0;
 
 /// Writes every scene into the folder `dir`, which is created if missing. Returns the names of the files.

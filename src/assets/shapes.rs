@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use serde::Deserialize;
 
-/// A shape as it is described.
+/// A shape of a description.
 #[derive(Clone, Deserialize, PartialEq)]
 #[serde(rename_all = "lowercase")]
 pub enum Form {
@@ -16,8 +16,8 @@ pub enum Form {
     Boxes { corners: Vec<[[f64; 3]; 2]>, moved: Option<(f64, [f64; 3])> },
     /// A closed sphere around the origin with `rings` of latitude and `segments` of longitude.
     Sphere { radius: f64, rings: u32, segments: u32 },
-    /// A closed sphere as above, which a morph target gives eight lobes, four out and four in, by this share of the
-    /// radius.
+    /// A closed sphere as above with a morph target that gives it eight lobes, four outward and four inward, by this
+    /// share of the radius.
     Blob { radius: f64, rings: u32, segments: u32, lobes: f64 },
     /// A closed ellipsoid about the Y axis that stands at the origin.
     Blade { radius: f64, height: f64 },
@@ -33,7 +33,7 @@ pub struct Shape {
     pub positions: Vec<DVec3>,
     pub normals: Vec<DVec3>,
     pub uvs: Vec<DVec2>,
-    /// Linear.
+    /// Linear Rec. 709.
     pub colors: Vec<DVec3>,
     pub indices: Vec<u32>,
     /// Differences that a morph target adds to positions and normals.
@@ -41,7 +41,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    pub fn of(form: &Form) -> Self {
+    pub fn of_form(form: &Form) -> Self {
         match form {
             &Form::Quad { corner, u, v, repeat } => {
                 Self::quad(corner.into(), u.into(), v.into(), repeat.map_or(DVec2::ONE, DVec2::from))
@@ -130,8 +130,8 @@ impl Shape {
         Self { positions, normals, indices, ..Self::default() }
     }
 
-    /// The radius of a sphere becomes r (1 + a y), y = 3√3 x y z of the direction: its gradient along the sphere turns
-    /// the normals.
+    /// The radius of a sphere becomes r (1 + a y) with y = 3√3 x y z of the direction; its gradient along the sphere
+    /// rotates the normals.
     fn lobed(self, a: f64) -> Self {
         let moved = |&n: &DVec3| {
             let (height, slope) = (n.x * n.y * n.z, dvec3(n.y * n.z, n.x * n.z, n.x * n.y));
@@ -147,7 +147,7 @@ impl Shape {
     ///
     /// The cross-sections follow the curve's Frenet frame, so its curvature must not be 0 anywhere.
     fn tube(curve: impl Fn(f64) -> DVec3, radius: f64, along: u32, around: u32) -> Self {
-        // Central differences: their error of about 1e-6 rotates the cross-sections slightly; the tube stays closed.
+        // Central differences with an error of about 1e-6 rotate the cross-sections slightly; the tube stays closed.
         const H: f64 = 1e-3;
         let mut shape = Self::default();
         for i in 0..along {

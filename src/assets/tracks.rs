@@ -1,4 +1,4 @@
-//! Motion: keys in seconds, made dense enough that lines between them look smooth.
+//! Motion: keys in seconds, dense enough that linear interpolation looks smooth.
 
 use std::f64::consts::TAU;
 
@@ -6,13 +6,13 @@ use glam::{DQuat, DVec3};
 use serde::Deserialize;
 
 /// Keys of seconds and values, in order of time, the first at 0.
-pub type Keys<const N: usize> = Vec<Key<N>>;
+pub type Keys<const N: usize> = Vec<Keyframe<N>>;
 
 #[derive(Clone, Deserialize)]
 #[serde(try_from = "Vec<f64>")]
-pub struct Key<const N: usize>([f64; N]);
+pub struct Keyframe<const N: usize>([f64; N]);
 
-impl<const N: usize> TryFrom<Vec<f64>> for Key<N> {
+impl<const N: usize> TryFrom<Vec<f64>> for Keyframe<N> {
     type Error = String;
 
     fn try_from(numbers: Vec<f64>) -> Result<Self, String> {
@@ -23,28 +23,28 @@ impl<const N: usize> TryFrom<Vec<f64>> for Key<N> {
 /// Seconds between the keys that are written.
 const STEP_S: f64 = 0.125;
 
-/// About an axis: seconds, then degrees.
+/// Rotation about an axis: seconds, then degrees.
 #[derive(Deserialize)]
 pub struct Angle {
     axis: [f64; 3],
     keys: Keys<2>,
 }
 
-/// A chain of joints that bends to and fro about Z.
+/// A chain of joints that bends back and forth about Z.
 #[derive(Deserialize)]
 pub struct Sway {
     pub joints: u32,
-    /// By which each joint turns against the one below, at most.
+    /// The maximum rotation of each joint against the one below.
     degrees: f64,
-    /// Of one bend to and fro; it goes up the chain as a wave.
+    /// The period of one bend, which travels up the chain as a wave.
     period_s: f64,
-    /// Of the period, 0 to 1.
+    /// The phase as a share of the period, 0 to 1.
     phase: f64,
-    /// Whole periods.
+    /// The duration, a whole number of periods.
     lasts_s: f64,
 }
 
-/// Of the period, by which a joint is later than the one below.
+/// The delay of a joint against the one below, as a share of the period.
 const LATER: f64 = 0.09;
 
 impl Angle {
@@ -71,10 +71,9 @@ pub fn turn(seconds: f64) -> Vec<(f64, [f64; 4])> {
     [0.0, 0.25, 0.5, 0.75, 1.0].map(|part| (seconds * part, rotation(part))).into()
 }
 
-/// Goes through the keys smoothly, each number for itself, and never beyond two that follow each other: a cubic with
-/// the harmonic mean of both sides' slopes at each key, 0 where they differ in sign (Fritsch and Butland, 1984, for
-/// even steps).
-pub fn smooth<const N: usize, const M: usize>(keys: &[Key<N>]) -> Vec<(f64, [f64; M])> {
+/// Interpolates the keys smoothly and separately for each number, without overshoot: a cubic with the harmonic mean of
+/// both sides' slopes at each key, 0 where they differ in sign (Fritsch and Butland, 1984, for uniform steps).
+pub fn smooth<const N: usize, const M: usize>(keys: &[Keyframe<N>]) -> Vec<(f64, [f64; M])> {
     let slope =
         |from: usize, of: usize| (keys[from + 1].0[of] - keys[from].0[of]) / (keys[from + 1].0[0] - keys[from].0[0]);
     let tangent = |key: usize, of: usize| {

@@ -1,4 +1,4 @@
-//! A chart as files: the page and the SVG for readers, `rows.json` and `rows.csv` for programs.
+//! Files of a chart: the page and the SVG for readers, `rows.json` and `rows.csv` for programs.
 
 use std::collections::BTreeSet;
 
@@ -16,21 +16,21 @@ use crate::measure::metrics::{Metrics, Part};
 use crate::output::file;
 use crate::settings::Settings;
 
-/// A chart's rows and what stands around them. `docs/json.md` lists the keys of its `rows.json`.
+/// A chart's rows with their description. `docs/json.md` lists the keys of its `rows.json`.
 #[derive(Clone, Debug, Default)]
 pub struct Chart {
     pub outline: Outline,
-    /// The rows that there are with their pictures, in the outline's order.
+    /// The existing rows with their pictures, in the outline's order.
     pub rows: Vec<Stored<Row>>,
-    /// Settings that were to be run, over all scenes; fewer than the outline's, of a shard.
+    /// The number of rows to run over all scenes; for a shard it is smaller than that of the outline.
     pub planned: usize,
     /// Whether a frontier may join the times of several machines.
     pub mix_machines: bool,
     /// Whether earlier rows of the same settings are shown.
     pub with_history: bool,
-    /// Whether the program still fills the chart: then the page looks for a newer one of itself.
+    /// Whether the program still fills the chart, so that the page reloads itself.
     pub running: bool,
-    /// Such as "shard 1 of 4"; empty for a whole chart.
+    /// The part, such as "shard 1 of 4"; empty for a whole chart.
     pub part: String,
 }
 
@@ -70,8 +70,8 @@ impl Chart {
         self.outline.scenes.iter().map(|sketch| &sketch.line)
     }
 
-    /// Earlier rows of this chart's settings that a folder keeps, the oldest first: of other builds, and of former
-    /// states of the scene or of the noise.
+    /// Earlier rows of this chart's settings in a folder, the oldest first: of other builds, and of earlier states of
+    /// the scene or of the noise.
     fn history(&self, store: &Store<Row>) -> Vec<Row> {
         let is_earlier = |row: &Row| {
             let now = self.rows().find(|now| now.is_same_as(row));
@@ -83,7 +83,7 @@ impl Chart {
         rows
     }
 
-    /// The devices and drivers that rows are of, in words.
+    /// The devices and drivers of the rows, in words.
     pub fn devices(&self) -> String {
         Origin::devices(self.rows().filter_map(|row| row.origin.as_ref()))
     }
@@ -93,8 +93,8 @@ impl Chart {
         self.rows().filter(|row| row.scene == scene).collect()
     }
 
-    /// Two panels of a scene: `rel` of [`Self::part`] against all light and against that of as many bounces. Where that
-    /// part of an image of another program is not judged, two further ones show the whole image.
+    /// Two panels for a scene: `rel` of [`Self::part`] against all light and against that of as many bounces. If that
+    /// part of another program's image is not judged, two further panels show the whole image.
     pub fn panels(&self, scene: &str) -> Vec<Panel<'_>> {
         let part = self.part(scene);
         let lacks = |row: &&Row| row.measured.is_some() && row.rel(Reference::Full, part).is_none();
@@ -113,8 +113,8 @@ impl Chart {
         std::iter::once(part).chain(further).flat_map(panels_of).collect()
     }
 
-    /// The part of the light that is shown where there is room for one: the indirect light on diffuse surfaces, or the
-    /// whole image where the scene shows no such surface.
+    /// The part of the light that is shown if there is room for one: the indirect light on diffuse surfaces, or the
+    /// whole image if the scene shows no such surface.
     pub fn part(&self, scene: &str) -> Part {
         let has_diffuse = |row: &&Row| row.rel(Reference::Same, Part::Diffuse).is_some();
         if self.rows_of(scene).iter().any(has_diffuse) { Part::Diffuse } else { Part::Total }
@@ -222,7 +222,7 @@ fn text(value: &Value) -> String {
     }
 }
 
-/// Six digits are more than a time repeats to and an error means.
+/// A number with six digits, which exceeds the precision of times and errors.
 pub(super) fn short(value: f64) -> String {
     let digits = if value == 0.0 || !value.is_finite() { 0 } else { 5 - value.abs().log10().floor() as i32 };
     let rounded = format!("{value:.*}", digits.max(0) as usize);

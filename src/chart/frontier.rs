@@ -1,9 +1,9 @@
-//! The frontier: the points that no other point beats.
+//! The frontier: points that no other point dominates.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Indices of the points (cost, error) that no other beats, the cheapest first. A point beats another that it equals on
-/// one axis and improves on in the other. Points that are not finite are left out; of equal points all are kept.
+/// Indices of the points (cost, error) that no other point dominates, the cheapest first. A point dominates another if
+/// it is no worse on one axis and better on the other. Non-finite points are left out; equal points are all kept.
 pub fn frontier(points: &[(f64, f64)]) -> Vec<usize> {
     let finite = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
     let beats = |a: &(f64, f64), b: &(f64, f64)| a.0 <= b.0 && a.1 <= b.1 && a != b;
@@ -14,8 +14,8 @@ pub fn frontier(points: &[(f64, f64)]) -> Vec<usize> {
     best
 }
 
-/// The frontier of each group of points by itself, groups in their order. `group`: of every point; a point of no group
-/// belongs to every group, and all points are one group where none has any.
+/// The frontier of each group of points, in the order of groups. `group` holds the group of every point. A point
+/// without a group belongs to every group, and if no point has one, all points are one group.
 pub fn frontiers<G: Ord>(points: &[(f64, f64)], group: &[Option<G>]) -> Vec<Vec<usize>> {
     let mut members: BTreeMap<Option<&G>, Vec<usize>> = BTreeMap::new();
     let named: BTreeSet<&G> = group.iter().flatten().collect();
@@ -48,13 +48,13 @@ mod tests {
         let points = [(1.0, 1.0), (2.0, 2.0), (3.0, 1.5), (4.0, 4.0)];
         assert_eq!(frontiers(&points, &["a", "b", "b", "b"].map(Some)), [vec![0], vec![1, 2]]);
         assert_eq!(frontiers(&points, &[None::<()>; 4]), [vec![0]]);
-        // One of no group beats and is beaten in every group.
+        // A point without a group dominates and is dominated in every group.
         assert_eq!(frontiers(&points, &[Some("a"), Some("b"), None, Some("b")]), [vec![0], vec![1, 2]]);
         assert_eq!(frontiers(&points, &[None, Some("a"), Some("b"), Some("b")]), [vec![0], vec![0]]);
     }
 
     proptest! {
-        /// Along the frontier cost rises and error falls, and every other point is beaten by a point on it.
+        /// Along the frontier cost rises and error falls, and every other point is dominated by a point on it.
         #[test]
         fn it_is_a_staircase_that_beats_the_rest(points in prop::collection::vec((0.0..4.0f64, 0.0..4.0f64), 1..40)) {
             let best = frontier(&points);

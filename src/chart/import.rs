@@ -1,10 +1,9 @@
-//! Images of other programs: what is given with them, what is checked of them, and which of their errors can be
-//! measured.
+//! Images of other programs: their descriptions, the checks, and the errors that can be measured.
 //!
-//! An image is linear radiance in an OpenEXR file, of the chart's size and camera. Its time is what the user says it
-//! is. The error of the whole image is measured like that of any other row. The indirect light needs an image whose
-//! direct light is exact ([`crate::measure::terms`]): the header of this program's own images says whether it is, of
-//! others the user says so.
+//! An image is linear radiance in an OpenEXR file with the chart's size and camera. Its time is stated by the user. The
+//! error of the whole image is measured like that of any other row. The indirect light needs an image with exact direct
+//! light ([`crate::measure::terms`]). For this program's own images the header states whether it is exact, for others
+//! the user does.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,7 +22,7 @@ use crate::reference::Depth;
 use crate::settings::Settings;
 use crate::{Error, Result};
 
-/// An image as it is named, before it is read.
+/// The description of an image before it is read.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Named {
@@ -32,14 +31,14 @@ pub struct Named {
     /// The file, from the folder of the file that names it.
     pub image: PathBuf,
     pub milliseconds: f64,
-    /// The person or group that gives it.
+    /// The person or group who provided it.
     pub by: Option<String>,
-    /// Where the time was measured.
+    /// The device on which the time was measured.
     pub device: Option<String>,
     pub note: Option<String>,
-    /// The scene's name in the chart, where that has several.
+    /// The scene's name in the chart, if it has several scenes.
     pub scene: Option<String>,
-    /// Indirect bounces of its light; absent: all.
+    /// Indirect bounces of its light; by default all.
     pub bounces: Option<u32>,
     /// Whether its direct light is exact.
     pub direct: Option<Exact>,
@@ -47,7 +46,7 @@ pub struct Named {
     pub equal_terms_image: Option<PathBuf>,
 }
 
-/// The one word that can be said of direct light.
+/// The only possible statement about direct light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Exact {
@@ -57,45 +56,45 @@ pub enum Exact {
 /// The word that ends `--import` for [`Exact`].
 const EXACT_DIRECT: &str = "exact-direct";
 
-/// The given part of an import's row: nothing of it was measured here.
+/// The description in an import's row; nothing in it was measured here.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
-    /// Of a frame, as given.
+    /// The stated time of a frame.
     pub milliseconds: f64,
     pub by: Option<String>,
     pub device: Option<String>,
     pub note: Option<String>,
     /// The name of the image's file.
     pub image: String,
-    /// The name of the file on which the indirect light was measured, where that is another one.
+    /// The name of the file on which the indirect light was measured, if it is another one.
     pub equal_terms_image: Option<String>,
-    /// How the indirect light was measured, or why it was not: a sentence.
+    /// A sentence about how the indirect light was measured, or why it was not.
     pub indirect: String,
     #[serde(skip)]
     pub files: Files,
 }
 
-/// The files of an import as they were found once; nothing in rows that were kept.
+/// The files of an import when they were opened; empty in stored rows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Files {
-    /// The image, then that on equal terms where it is another one, with their headers.
+    /// The image, and the one on equal terms if it is another file, with their headers.
     images: Vec<(PathBuf, Metadata)>,
     /// Hash of their bytes.
     pub hash: String,
     size: (u32, u32),
-    /// Indirect bounces, where they were given.
+    /// Indirect bounces, if they were stated.
     pub bounces: Option<u32>,
     direct: Direct,
 }
 
-/// How the indirect light of an import is measured.
+/// The measurement of an import's indirect light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Direct {
-    /// By the direct layer of the image on equal terms.
+    /// With the direct layer of the image on equal terms.
     Layer,
-    /// By the reference's direct light, which the image's own is said to equal.
+    /// With the reference's direct light, which the image's own is stated to equal.
     OfReference,
-    /// Nothing says that its direct light is exact.
+    /// It is unknown whether its direct light is exact.
     #[default]
     Unknown,
     /// Its header says that its direct light is not exact.
@@ -120,10 +119,10 @@ impl Direct {
 }
 
 impl Named {
-    /// `NAME=IMAGE.exr,MILLISECONDS` or `NAME=IMAGE.exr,MILLISECONDS,exact-direct`.
+    /// Parses `NAME=IMAGE.exr,MILLISECONDS` or `NAME=IMAGE.exr,MILLISECONDS,exact-direct`.
     ///
     /// # Errors
-    /// [`Error::Usage`]: it is not of this form.
+    /// [`Error::Usage`] if the text has another form.
     pub fn parse(text: &str) -> Result<Self> {
         let form = || Error::Usage(format!("--import: {text:?} is not NAME=IMAGE.exr,MILLISECONDS; write it so"));
         let (name, rest) = text.split_once('=').ok_or_else(form)?;
@@ -137,10 +136,10 @@ impl Named {
         Self { name, image, milliseconds, direct, ..Self::default() }.checked("--import").map_err(Error::Usage)
     }
 
-    /// The tables `[[import]]` of a TOML file; paths are from its folder.
+    /// The tables `[[import]]` of a TOML file; paths are relative to its folder.
     ///
     /// # Errors
-    /// [`Error::File`]: it cannot be read, is no such file, or an entry is wrong.
+    /// [`Error::File`] if it cannot be read, has another format, or an entry is wrong.
     pub fn read(path: &Path) -> Result<Vec<Self>> {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
@@ -162,7 +161,7 @@ impl Named {
         file.import.into_iter().map(placed).collect()
     }
 
-    /// Itself, if its time and texts are fit for a page and a table; else a sentence that begins with `place`.
+    /// The description itself, if its time and texts are valid; else a sentence that begins with `place`.
     fn checked(self, place: &str) -> std::result::Result<Self, String> {
         let texts = [("by", &self.by), ("device", &self.device), ("note", &self.note), ("scene", &self.scene)];
         let texts = texts.into_iter().map(|(key, text)| (key, text.as_ref()));
@@ -175,7 +174,7 @@ impl Named {
             if text.chars().any(is_control) {
                 return Err(format!("{place}: the {key} {text:?} has control characters; leave them out"));
             }
-            // The scene's name is only looked up.
+            // The scene's name is only compared.
             if key != "scene" && (text.starts_with(['=', '+', '-', '@']) || text.trim() != text) {
                 return Err(format!(
                     "{place}: the {key} {text:?} begins with a space or one of = + - @, which tables take for a formula, or ends \
@@ -190,15 +189,15 @@ impl Named {
         Ok(self)
     }
 
-    /// Reads and checks the image, whose row it becomes.
+    /// Reads and checks the image, and makes its row.
     ///
     /// # Errors
-    /// [`Error::File`]: it is no linear image of this size with finite radiance of at least 0.
+    /// [`Error::File`] unless it is a linear image of this size with finite radiance of at least 0.
     pub fn open(self, size: (u32, u32)) -> Result<Row> {
         let (mut images, mut has_layer) = (Vec::new(), false);
         for path in [Some(&self.image), self.equal_terms_image.as_ref()].into_iter().flatten() {
             let (image, header) = image_of(path, size)?;
-            // The last one is that on equal terms.
+            // The last image is the one on equal terms.
             has_layer = image.get(Aov::Direct).is_some();
             images.push((path.clone(), header));
         }
@@ -237,11 +236,11 @@ impl Named {
 }
 
 impl Claim {
-    /// Whether the image can show what a chart's scene is: a header that names the scene, the camera or the time must
-    /// name these.
+    /// Checks that the image can show the chart's scene: if its header names the scene, the camera or the time, these
+    /// must be equal.
     ///
     /// # Errors
-    /// [`Error::File`] with both.
+    /// [`Error::File`] that names both.
     pub fn check_view(&self, seen: &Metadata) -> Result<()> {
         for (path, header) in &self.files.images {
             for (key, words) in [("sceneHash", "scene"), ("camera", "camera"), ("time", "time"), ("sky", "sky")] {
@@ -260,7 +259,7 @@ impl Claim {
         Ok(())
     }
 
-    /// The depth of the reference that has as many bounces.
+    /// The depth of the reference with as many bounces.
     pub fn depth(&self, scene: &ChartScene) -> Depth {
         let own = || {
             let mut settings = Settings::default();
@@ -270,7 +269,7 @@ impl Claim {
         self.files.bounces.map(Depth::Bounces).or_else(own).unwrap_or(Depth::Full)
     }
 
-    /// The direct light that is subtracted; `None` where the indirect light is not judged.
+    /// The direct light to subtract; `None` if the indirect light is not judged.
     pub fn subtract(&self, scene: &ChartScene) -> Option<Subtract> {
         match self.files.direct {
             Direct::Layer => Some(Subtract::in_scene(&scene.scene)),
@@ -282,7 +281,7 @@ impl Claim {
     /// The images, read again.
     ///
     /// # Errors
-    /// [`Error::File`]: a file is not what it was when the chart began.
+    /// [`Error::File`] if a file changed since the chart began.
     pub fn images(&self) -> Result<Images> {
         let Files { images, hash: before, size, .. } = &self.files;
         let Some((first, _)) = images.first() else {
@@ -297,7 +296,7 @@ impl Claim {
     }
 }
 
-/// Of the bytes of all files.
+/// Hash of the bytes of all files.
 fn hash(images: &[(PathBuf, Metadata)]) -> Result<String> {
     let mut hasher = blake3::Hasher::new();
     for (path, _) in images {
@@ -306,12 +305,12 @@ fn hash(images: &[(PathBuf, Metadata)]) -> Result<String> {
     Ok(hasher.finalize().to_string())
 }
 
-/// Control characters, and those that turn the direction of text.
+/// Whether a character is a control character or changes the direction of text.
 fn is_control(c: char) -> bool {
     c.is_control() || matches!(c, '\u{200e}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// The image of a file, if it is of this size and holds radiance.
+/// The image in a file, if it has this size and holds radiance.
 fn image_of(path: &Path, size: (u32, u32)) -> Result<(Layers, Metadata)> {
     const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
     read::about(path, "an OpenEXR image")?;
@@ -338,7 +337,7 @@ fn image_of(path: &Path, size: (u32, u32)) -> Result<(Layers, Metadata)> {
     }
     for (aov, pixels) in &image.layers {
         let of = if *aov == Aov::Beauty { String::new() } else { format!(" in its layer {aov}") };
-        let NonFinite { nan, inf } = NonFinite::of(pixels);
+        let NonFinite { nan, inf } = NonFinite::of_pixels(pixels);
         if nan + inf > 0 {
             let text = format!(
                 "has {nan} NaN and {inf} infinite values{of}; a chart judges finite radiance, so render it again"

@@ -1,5 +1,5 @@
-//! How points look in charts: a colour and a shape for each method, for the path tracer and for other programs, so that
-//! neither is needed to tell them apart.
+//! Marks of points in charts: a colour and a shape for each method, for the path tracer and for other programs. Either
+//! alone distinguishes them.
 
 use serde::Serialize;
 
@@ -35,7 +35,7 @@ const IMPORT: Mark = Mark {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Mark {
-    /// The method's name, or in words what made the image.
+    /// The name of the method, or a description of the image's maker.
     pub method: &'static str,
     pub color: &'static str,
     /// A path's `d`, to be scaled by the radius.
@@ -56,7 +56,7 @@ fn of_method(method: Method) -> Mark {
     Mark { method: method.name(), color: COLORS[place % COLORS.len()], shape: SHAPES[place % SHAPES.len()] }
 }
 
-/// The marks of some rows, each once: methods in the order of their list, then the others.
+/// The marks of some rows without repetition: methods in the order of their list, then the others.
 pub fn marks<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<Mark> {
     let used: Vec<Mark> = rows.into_iter().map(mark).collect();
     all().filter(|mark| used.contains(mark)).collect()

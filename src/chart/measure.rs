@@ -1,11 +1,11 @@
 //! One row: renders a setting, times it, and compares its image with the references.
 //!
-//! The error is that of the first frame (with `bounces = all`, after it settled), so that it does not depend on how
-//! many frames were timed. Times are of later frames without further layers, which would take time of their own; each
-//! makes lists and light again, as if something had moved.
+//! The error is that of the first frame (with `bounces = all`, after it has settled), so that it does not depend on the
+//! number of timed frames. Times are of later frames without further layers, which would take additional time. Each
+//! rebuilds lists and light as after motion.
 //!
-//! The whole image is that of the settings. The indirect light is measured on equal terms ([`terms`]): where the
-//! settings shadow lights by cones or gather lamps, on a second image.
+//! The whole image uses the row's settings. The indirect light is measured on equal terms ([`terms`]): on a second
+//! image if the settings compute shadows by cones or gather lamps.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -14,7 +14,7 @@ use std::time::Instant;
 use super::outline::{SceneLine, Sketch, Truth};
 use super::picture;
 use super::row::{Errors, Measured, Pass, Pictures, Row, Source};
-use crate::ground::clearance::for_camera;
+use crate::ground::grid_choice::for_camera;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics::{self, NonFinite, Parts};
 use crate::measure::picture::signed_difference;
@@ -32,19 +32,19 @@ use crate::settings::{Bounces, Settings};
 use crate::vk::{Context, process_cpu_ms};
 use crate::{Result, measure};
 
-/// How many frames are timed.
+/// The number of timed frames.
 const FRAMES: Count = Count { warm_up: WARM_UP as usize, least: 2, most: 5, enough_ms: 2000.0 };
-/// How many traces are timed. They need no warm-up.
+/// The number of timed traces, which need no warm-up.
 const TRACES: Count = Count { warm_up: 0, least: 1, ..FRAMES };
 
-/// Most paths a pixel of a row of the path tracer: more are a reference.
+/// The maximum number of paths per pixel of a path tracer's row, because more would be a reference.
 pub const MOST_PATHS: u32 = 1 << 16;
 
-/// The seed of the path tracer's rows. With the seed of the references a row would share their noise and seem better
-/// than it is.
+/// The seed of the path tracer's rows. With the seed of the references, a row would share their noise and appear more
+/// accurate.
 pub const SEED: u64 = 1;
 
-/// A scene of a chart: how it is looked at, and its references.
+/// A scene of a chart with its view and references.
 pub struct ChartScene {
     /// Its name in the chart.
     pub name: String,
@@ -53,12 +53,12 @@ pub struct ChartScene {
     pub view: View,
     /// The camera in words.
     pub camera: String,
-    /// Of every image.
+    /// Options of every image.
     pub options: RenderOptions,
     pub references: Vec<ReferenceImage>,
-    /// The start of the command that renders it so, before `--preset`.
+    /// The beginning of the command that renders it, before `--preset`.
     pub command: String,
-    /// The entries that an image of it has in its header.
+    /// Entries in the header of an image of the scene.
     pub header: Metadata,
 }
 
@@ -83,7 +83,7 @@ impl ReferenceImage {
         Ok(Self { depth, noise: film.noise(), layers, noise_in_rel })
     }
 
-    /// Its indirect bounces; `None`: all.
+    /// The number of indirect bounces; `None` for all.
     pub fn bounces(&self) -> Option<u32> {
         match self.depth {
             Depth::Full => None,
@@ -92,8 +92,8 @@ impl ReferenceImage {
     }
 }
 
-/// Light of as many indirect bounces as the settings ask for, whatever the method. Where the sky is all of a scene's
-/// light, the first gather finds its direct light, so that the image shows one indirect bounce fewer.
+/// The depth with as many indirect bounces as the settings, for every method. If the sky is the only light, the first
+/// gather finds its direct light, so that the image shows one indirect bounce fewer.
 pub fn same_depth(scene: &Scene, settings: &Settings) -> Depth {
     let sky_alone = scene.sky != glam::Vec3::ZERO && scene.lights.is_empty() && !scene.emits();
     match settings.bounces {
@@ -102,17 +102,17 @@ pub fn same_depth(scene: &Scene, settings: &Settings) -> Depth {
     }
 }
 
-/// The images that a row's errors are measured on, each with its direct layer.
+/// The images for a row's errors, each with its direct layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Images {
     /// The image of the settings.
     pub whole: Layers,
-    /// The image on equal terms; `None` where that is the first one.
+    /// The image on equal terms; `None` if it is the first one.
     pub equal: Option<Layers>,
 }
 
 impl Images {
-    /// Both in one, the second one below the first.
+    /// Both images in one, the second one below the first.
     pub fn stacked(&self) -> Layers {
         let Some(equal) = &self.equal else { return self.whole.clone() };
         let both = self.whole.layers.iter().zip(&equal.layers);
@@ -120,7 +120,7 @@ impl Images {
         Layers { height: 2 * self.whole.height, layers, ..self.whole }
     }
 
-    /// The reverse of [`Self::stacked`], for images of this height.
+    /// The inverse of [`Self::stacked`], for images of this height.
     pub fn unstacked(stacked: Layers, height: u32) -> Self {
         if stacked.height == height {
             return Self { whole: stacked, equal: None };
@@ -141,7 +141,7 @@ impl ChartScene {
         found.unwrap_or_else(|| panic!("no reference of depth {depth:?} was made for {}", self.name))
     }
 
-    /// How a reference of this scene is traced.
+    /// Options for tracing a reference of this scene.
     pub fn reference_options(&self, depth: Depth, stop: Stop) -> Options {
         let (width, height) = self.options.size;
         Options { width, height, depth, stop, seed: 0, occlusion: false }
@@ -151,7 +151,7 @@ impl ChartScene {
         Still::new(&self.scene, &self.pose, &self.view)
     }
 
-    /// The scene as pages show it, with its references if all light is among them.
+    /// The scene for pages, with its references if one has all light.
     pub fn sketch(&self) -> Sketch {
         let mut materials = self.scene.meshes.iter().map(|mesh| &self.scene.materials[mesh.material]);
         let line = SceneLine {
@@ -170,32 +170,31 @@ impl ChartScene {
         Sketch { line, truths: self.references.iter().filter(|_| has_truth).map(truth).collect() }
     }
 
-    /// The noise of the reference of this depth, where there is one.
+    /// The noise of the reference with this depth, if there is one.
     pub fn noise(&self, depth: Depth) -> Option<f64> {
         self.references.iter().find(|reference| reference.depth == depth).map(|reference| reference.noise)
     }
 
-    /// Puts a reference in the place of that of the same depth.
+    /// Replaces the reference with the same depth.
     pub fn set_reference(&mut self, reference: ReferenceImage) {
         self.references.retain(|other| other.depth != reference.depth);
         self.references.push(reference);
-        // All light first, then from the most bounces down.
+        // References are ordered with all light first, then by decreasing number of bounces.
         self.references.sort_by_key(|reference| std::cmp::Reverse(reference.bounces().unwrap_or(u32::MAX)));
     }
 
-    /// A picture of this scene's radiance. All have one exposure, that of the full light.
+    /// A picture of this scene's radiance. All pictures have the exposure of the full light.
     pub fn picture(&self, radiance: &[[f32; 3]]) -> String {
         let display = Display::automatic(ToneMap::default(), self.reference(Depth::Full).layers.beauty());
         picture::uri(self.options.size, codes(radiance, display))
     }
 
-    /// Times what a row says and compares its images, which [`Self::judge`] takes, with the references. Nothing is
-    /// timed of an image of another program. `go_on` is asked between frames and between traces.
+    /// Measures the times of a row, and compares its images with the references; [`Self::judge`] needs these images. An
+    /// image of another program is not timed. `go_on` is called between frames and between traces.
     ///
     /// # Errors
-    /// Those of `go_on`; [`crate::Error::Interrupted`] once `cancel` is set; whatever keeps the row from being made:
-    /// too little memory, a lost device, an image without a finite pixel, or one that is not what it was when the chart
-    /// began.
+    /// Errors of `go_on`; [`crate::Error::Interrupted`] once `cancel` is set; too little memory, a lost device, an
+    /// image without a finite pixel, or a file that changed since the chart began.
     pub fn measure(
         &self,
         context: &Arc<Context>,
@@ -213,12 +212,12 @@ impl ChartScene {
         };
         let ([full, same], pictures) = self.judge(row, &images)?;
         measure::refuse_invalid(context)?;
-        let nonfinite = NonFinite::of(images.whole.beauty()).count();
+        let nonfinite = NonFinite::of_pixels(images.whole.beauty()).count();
         let equal_terms = row.settings.as_ref().map_or(Vec::new(), terms::changes);
         Ok((Measured { nonfinite, equal_terms, full, same, ..timed }, pictures, images))
     }
 
-    /// The errors of a row's images against the references of today: all light, and as many bounces; and its pictures.
+    /// The errors of a row's images against the current references (all light, and as many bounces), and its pictures.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] for an image without a finite pixel.
@@ -246,7 +245,7 @@ impl ChartScene {
         Ok(Images { whole: first(settings)?, equal })
     }
 
-    /// Times of the image alone: further layers would be timed too.
+    /// Times of the image alone, because further layers would take time.
     fn times(&self, context: &Arc<Context>, settings: &Settings, go_on: &dyn Fn() -> Result<()>) -> Result<Measured> {
         let mut renderer = self.renderer(context, settings, vec![])?;
         let timings = FRAMES.frames(&mut renderer, &self.pose, &self.view, go_on)?;
@@ -262,8 +261,8 @@ impl ChartScene {
         })
     }
 
-    /// Path-traces the scene along so many paths a pixel, as an offline renderer would. The time is the wall time of a
-    /// trace on all threads, with the tree of the scene's triangles, as the time of a frame has its voxels.
+    /// Path-traces the scene with `paths` paths per pixel, like an offline renderer. The time is the wall time of a
+    /// trace on all threads including the construction of the tree, because the time of a frame includes voxelisation.
     fn trace(&self, paths: u32, cancel: &AtomicBool, go_on: &dyn Fn() -> Result<()>) -> Result<(Images, Measured)> {
         let options = Options { seed: SEED, ..self.reference_options(Depth::Full, Stop::Samples(paths)) };
         let (mut wall_ms, mut cpu_ms) = (Vec::new(), Vec::new());
@@ -282,8 +281,8 @@ impl ChartScene {
         let images = Images { whole: film.layers(&[Aov::Direct]), equal: None };
         let measured = Measured {
             frames: wall_ms.len(),
-            frame_cpu_ms: cpu_ms.into_iter().collect::<Option<Vec<f64>>>().map(Spread::of),
-            frame_wall_ms: Some(Spread::of(wall_ms)),
+            frame_cpu_ms: cpu_ms.into_iter().collect::<Option<Vec<f64>>>().map(Spread::of_values),
+            frame_wall_ms: Some(Spread::of_values(wall_ms)),
             ..Measured::default()
         };
         Ok((images, measured))
@@ -296,7 +295,7 @@ impl ChartScene {
     }
 }
 
-/// `subtract`: `None` where the indirect light is not judged.
+/// `subtract` is `None` if the indirect light is not judged.
 pub(super) fn errors(images: &Images, subtract: Option<Subtract>, reference: &ReferenceImage) -> Result<Errors> {
     let compare = |image| metrics::compare(image, &reference.layers, subtract.unwrap_or(Subtract::Own));
     let whole = compare(&images.whole)?;

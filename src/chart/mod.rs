@@ -1,8 +1,8 @@
 //! Time and error of many settings on the same scenes, each a row.
 //!
-//! [`plan`] lists settings, [`measure`] makes a [`row::Row`] of each, and of the path tracer and of images of other
-//! programs ([`import`]); [`crate::lab::store`] keeps rows between calls, the other modules write files. [`study`] is
-//! the plan behind `docs/notes/study/`.
+//! [`plan`] lists settings. [`measure`] makes a [`row::Row`] of each setting, of the path tracer and of images of other
+//! programs ([`import`]). [`crate::lab::store`] keeps rows between calls, and the other modules write files. [`study`]
+//! is the plan for `docs/notes/study/`.
 
 pub mod export;
 pub mod frontier;
@@ -18,10 +18,10 @@ pub mod study;
 pub mod suite;
 pub mod svg;
 
-/// Version of the rows as kept between calls; it increases when a key changes its name, unit or meaning, and when there
-/// is a new key, which older rows would lack.
+/// The version of stored rows. It increases when a key changes its name, unit or meaning, and when there is a new key,
+/// which older rows would lack.
 pub const VERSION: u32 = 4;
 
-/// Version of `rows.json`; it increases when a key is new or changes its name, unit or meaning. Format 5 has rows
+/// The version of `rows.json`. It increases when a key is new or changes its name, unit or meaning. Version 5 has rows
 /// without settings, of the path tracer and of other programs.
 pub const JSON_VERSION: u32 = 5;

@@ -1,5 +1,5 @@
-//! Description of a chart without its rows: kept with them, so that folders of parts of a chart can be merged and shown
-//! without opening a scene.
+//! The description of a chart without its rows. It is stored with them, so that folders with parts of a chart can be
+//! merged and shown without opening a scene.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -17,24 +17,24 @@ use crate::{Error, Result};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outline {
     pub version: u32,
-    /// Pixels.
+    /// Width of the images in pixels.
     pub width: u32,
     pub height: u32,
-    /// Noise that `--reference-noise` asked for, as a share.
+    /// The noise of `--reference-noise` as a share.
     pub reference_noise: f64,
     pub scenes: Vec<Sketch>,
-    /// Every row of the whole chart in its order, those of other shards too: see [`super::row::Row::address`].
+    /// Every row of the whole chart in order, including those of other shards: see [`super::row::Row::address`].
     pub rows: Vec<Planned>,
 }
 
-/// A row that a chart is to have.
+/// A planned row of a chart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Planned {
     pub scene: String,
     pub address: String,
 }
 
-/// A scene of the chart, and how it was seen.
+/// A scene of the chart with its view.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SceneLine {
     pub name: String,
@@ -43,26 +43,26 @@ pub struct SceneLine {
     pub camera: String,
     /// Whether no mesh is metallic or transmits.
     pub all_diffuse: bool,
-    /// The start of the command that renders it so, before `--preset`; empty where that is not known.
+    /// The beginning of the command that renders it, before `--preset`; empty if unknown.
     pub command: String,
 }
 
-/// A scene as pages show it.
+/// A scene for pages.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sketch {
     pub line: SceneLine,
-    /// The references of today.
+    /// The current references.
     pub truths: Vec<Truth>,
 }
 
-/// A reference as pages show it.
+/// A reference for pages.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
-    /// Indirect bounces; `None`: all.
+    /// The number of indirect bounces; `None` for all.
     pub bounces: Option<u32>,
     /// Root mean square of its pixels' relative error.
     pub noise: f64,
-    /// A URI.
+    /// The picture as a URI.
     pub picture: String,
 }
 
@@ -76,7 +76,7 @@ impl Outline {
     /// Reads the outline of a folder.
     ///
     /// # Errors
-    /// [`Error::File`]: there is none, it is damaged, or it is of another version of the program.
+    /// [`Error::File`] if there is none, it is damaged, or another version of the program wrote it.
     pub fn load(folder: &Path) -> Result<Self> {
         let path = folder.join(FILE);
         let wrong = |why: String| Error::file(&path, format!("{why}; run `twobounce chart` there again"));
@@ -92,8 +92,8 @@ impl Outline {
         (self.width, self.height, self.reference_noise)
     }
 
-    /// Takes what an earlier call left of these scenes, so that references are not needed where every row is there
-    /// already. Scenes without any reference are left out.
+    /// Adopts the sketches that an earlier call stored for these scenes, so that no references are needed if every row
+    /// exists. Scenes without references are left out.
     pub fn take_truths(&mut self, store: &Store<Row>) {
         if let Ok(before) = Self::load(&store.path(""))
             && before.size_and_noise() == self.size_and_noise()
@@ -106,15 +106,17 @@ impl Outline {
         self.scenes.retain(|sketch| !sketch.truths.is_empty());
     }
 
-    /// This with what another one has, which may be of another part of the same chart or of another chart.
+    /// Adds the content of another outline, which may be of another part of the same chart, or of another chart.
     ///
     /// # Errors
-    /// A sentence about what they do not have in common.
+    /// A sentence about a difference that prevents this.
     pub fn unite(&mut self, other: Self) -> std::result::Result<(), String> {
         if self.size_and_noise() != other.size_and_noise() {
             let [ours, theirs] = [&*self, &other]
                 .map(|o| format!("{}x{} pixels at {} % noise", o.width, o.height, 100.0 * o.reference_noise));
-            return Err(format!("is of {theirs}, not of {ours}; chart both alike"));
+            return Err(format!(
+                "is of {theirs}, this chart of {ours}; make both with the same --size and --reference-noise"
+            ));
         }
         for sketch in other.scenes {
             match self.scenes.iter_mut().find(|ours| ours.line.name == sketch.line.name) {
@@ -133,12 +135,12 @@ impl Outline {
 }
 
 impl Sketch {
-    /// Whether another one is of this scene from the same camera.
+    /// Whether another outline has the same scene and camera.
     fn is_of_same(&self, other: &Self) -> bool {
         (&self.line.hash, &self.line.camera) == (&other.line.hash, &other.line.camera)
     }
 
-    /// Takes the references that are less noisy.
+    /// Adopts references with less noise.
     fn unite(&mut self, other: Self) {
         for truth in other.truths {
             match self.truths.iter_mut().find(|ours| ours.bounces == truth.bounces) {

@@ -11,20 +11,19 @@ use super::measure::SEED;
 use super::outline::Sketch;
 use super::row::Row;
 use crate::lab::page::Page;
-use crate::lab::store::{Row as _, Stored};
+use crate::lab::store::{ExperimentRow as _, Stored};
 use crate::output::svg::COLORS;
 
-/// The JSON that the page's script reads. Settings are shown in the order of their keys, which a [`Value`] does not
-/// keep.
+/// The JSON for the page's script. Settings are in the order of their keys, which a [`Value`] would not keep.
 #[derive(Serialize)]
-struct Data<'a> {
+struct ChartData<'a> {
     #[serde(flatten)]
     head: Value,
     rows: &'a [Stored<Row>],
     history: &'a [Row],
 }
 
-/// The bytes of `index.html`. `history`: earlier rows of the same settings, the oldest first.
+/// The bytes of `index.html`. `history` holds earlier rows of the same settings, the oldest first.
 pub fn html(chart: &Chart, history: &[Row]) -> String {
     let outline = &chart.outline;
     let size = [outline.width, outline.height];
@@ -33,11 +32,11 @@ pub fn html(chart: &Chart, history: &[Row]) -> String {
         json!({ "name": line.name, "about": about, "size": size, "truths": truths, "command": line.command })
     };
     let head = json!({
-        // Of the bar of passes.
+        // The keys are those of the bar of passes.
         "colors": COLORS,
         "marks": marks(chart.rows()),
         "paths_seed": SEED,
-        // Where rows were measured: machine, device, driver; in the order of names.
+        // The places of measurement (machine, device, driver), in alphabetical order.
         "places": chart.rows().filter_map(Row::place).collect::<BTreeSet<_>>(),
         "mix_machines": chart.mix_machines,
         "reference_noise": outline.reference_noise,
@@ -52,10 +51,10 @@ pub fn html(chart: &Chart, history: &[Row]) -> String {
         body: include_str!("page/body.html"),
         program: include_str!("page/page.js"),
     };
-    page.html(&Data { head, rows: &chart.rows, history })
+    page.html(&ChartData { head, rows: &chart.rows, history })
 }
 
-/// Sentences about what the chart does not have yet.
+/// Sentences about missing parts of the chart.
 fn missing(chart: &Chart) -> String {
     let mut sentences = Vec::new();
     if !chart.part.is_empty() {

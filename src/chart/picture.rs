@@ -1,17 +1,17 @@
-//! Pictures small enough to be embedded in a page.
+//! Small pictures that are embedded in a page.
 
 use base64::prelude::{BASE64_STANDARD, Engine};
 use image::RgbImage;
 use image::codecs::jpeg::JpegEncoder;
 use image::imageops::{FilterType, resize};
 
-/// Pixels that the longer side of an embedded picture has at most.
+/// The maximum of the longer side of an embedded picture in pixels.
 const LONGEST: u32 = 384;
 
-/// Out of 100; edges in renderings show blocks much below.
+/// JPEG quality out of 100; edges in renderings show blocks at much lower values.
 const QUALITY: u8 = 90;
 
-/// A URI that holds an 8-bit sRGB image of `size` pixels as a JPEG file, made smaller where it is large.
+/// A URI with an 8-bit sRGB image of `size` pixels as a JPEG file, which is reduced if it is large.
 pub fn uri(size: (u32, u32), rgb: Vec<u8>) -> String {
     format!("data:image/jpeg;base64,{}", BASE64_STANDARD.encode(jpeg(size, rgb)))
 }

@@ -1,5 +1,4 @@
-//! Which settings are run: every base by itself, then every value of every axis on top of every base, one axis at a
-//! time.
+//! The settings of a chart: every base alone, then every value of every axis on top of every base, one axis at a time.
 
 use std::collections::BTreeSet;
 
@@ -22,11 +21,11 @@ pub fn sweep(text: &str) -> Result<Vec<Vec<String>>> {
     Ok(values.split(',').map(|value| vec![format!("{key}={}", value.trim())]).collect())
 }
 
-/// The settings to run: the bases, then each of `values`, a list of `key=value`, on top of every base. What would run
-/// twice runs once, under its first name.
+/// The settings to run: the bases, then each of `values`, a list of `key=value`, on top of every base. Equal settings
+/// run once, under their first name.
 ///
 /// # Errors
-/// [`Error::Usage`]: a key or a value that does not exist.
+/// [`Error::Usage`] for a key or a value that does not exist.
 pub fn trials(bases: &[Row], values: &[Vec<String>]) -> Result<Vec<Row>> {
     let mut trials: Vec<Row> = Vec::new();
     for swept in std::iter::once(&Vec::new()).chain(values) {
@@ -39,7 +38,7 @@ pub fn trials(bases: &[Row], values: &[Vec<String>]) -> Result<Vec<Row>> {
     Ok(distinct(trials))
 }
 
-/// Without those whose settings mean the same as earlier ones.
+/// The trials without those whose settings are equivalent to earlier ones.
 pub fn distinct(trials: impl IntoIterator<Item = Row>) -> Vec<Row> {
     let mut seen = BTreeSet::new();
     trials.into_iter().filter(|row| seen.insert(row.settings.as_ref().map(Settings::to_toml))).collect()
@@ -57,7 +56,7 @@ mod tests {
     fn one_axis_at_a_time_and_nothing_twice() {
         let values = ["voxels=64,128", "bounces=2,all"].map(|text| sweep(text).unwrap()).concat();
         let names: Vec<String> = trials(&bases(), &values).unwrap().into_iter().map(|row| row.name).collect();
-        // 128 voxels and two bounces are the presets themselves.
+        // 128 voxels and two bounces equal the presets themselves.
         let expected =
             ["fast", "printed", "fast voxels=64", "printed voxels=64", "fast bounces=all", "printed bounces=all"];
         assert_eq!(names, expected);
@@ -68,7 +67,7 @@ mod tests {
         let trials = trials(&bases(), &sweep("voxels=64").unwrap()).unwrap();
         assert_eq!(trials[3].changes, ["voxels=64"]);
         assert!(trials[0].changes.is_empty());
-        // A setting that only cones would use is no change of rays: nothing runs twice for it.
+        // A setting of cones does not affect rays, so nothing runs twice for it.
         let values = sweep("cones.step=2").unwrap();
         let names: Vec<String> = super::trials(&bases(), &values).unwrap().into_iter().map(|row| row.name).collect();
         assert_eq!(names, ["fast", "printed", "printed cones.step=2"]);

@@ -1,4 +1,4 @@
-//! One setting on one scene: its times and errors, or why it could not run.
+//! A setting on a scene with its times and errors, or the reason why it could not run.
 
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -12,33 +12,33 @@ use crate::measure::timing::Spread;
 use crate::reference::{Depth, Stop, cache};
 use crate::settings::Settings;
 
-/// One setting on one scene. `docs/json.md` lists the keys.
+/// A row: one setting on one scene. `docs/json.md` lists the keys.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Hash over everything that determines the row.
     pub key: String,
-    /// Hash over the same but the device: shards and merged charts know a row of any machine by it.
+    /// Hash over everything that determines the row except the device: shards and merged charts identify rows by it.
     pub address: String,
-    /// The scene's name in this chart. A row that is not placed yet names the only scene that it is for, or none if it
-    /// is for all.
+    /// The scene's name in this chart. For a row that is not yet placed, the only scene that it applies to, or empty
+    /// for all scenes.
     pub scene: String,
-    /// The preset and what was swept, in one line; of other images how they are called.
+    /// The preset and the swept values in one line; for other images their name.
     pub name: String,
     #[serde(default)]
     pub source: Source,
-    /// Empty without settings.
+    /// The preset; empty without settings.
     pub preset: String,
     /// `key=value` of the sweep; empty for a preset by itself.
     pub swept: Vec<String>,
     /// `key=value` for every setting that differs from the preset.
     pub changes: Vec<String>,
-    /// Absent where the image is not the renderer's.
+    /// The settings; `None` for images of other programs and of the path tracer.
     pub settings: Option<Settings>,
-    /// Absent where the setting could not run.
+    /// The measurement; `None` if the setting could not run.
     pub measured: Option<Measured>,
-    /// Why it could not.
+    /// The reason why it could not run.
     pub failure: Option<String>,
-    /// Absent until it ran, and where the image is another program's.
+    /// The origin; `None` before the run, and for images of other programs.
     pub origin: Option<Origin>,
 }
 
@@ -51,7 +51,7 @@ pub enum Source {
     Settings,
     /// This program's path tracer.
     PathTracer {
-        /// A pixel.
+        /// Paths per pixel.
         paths: u32,
     },
     /// Another program.
@@ -61,62 +61,62 @@ pub enum Source {
 /// Times in milliseconds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
-    /// Frames that the times are taken over, after those that warmed up; 0 where no time was measured.
+    /// The number of timed frames after the warm-up; 0 without times.
     pub frames: usize,
-    /// Device time from a frame's first timestamp to its last; absent where no device made the image.
+    /// Device time from a frame's first timestamp to its last; `None` if no device made the image.
     pub frame_gpu_ms: Option<Spread>,
-    /// Processor time of the whole process over all threads, where the system tells it.
+    /// Processor time of the whole process over all threads, if the system reports it.
     pub frame_cpu_ms: Option<Spread>,
-    /// From the start of recording to the end of the wait; of the path tracer, of a trace.
+    /// Time from the start of recording to the end of the wait; for the path tracer that of a trace.
     pub frame_wall_ms: Option<Spread>,
-    /// In the order of the frame.
+    /// Passes in the order of the frame.
     pub passes: Vec<Pass>,
-    /// Bytes of device memory, as planned and taken.
+    /// Bytes of device memory, as planned and allocated.
     pub memory_bytes: Option<u64>,
     /// Values of the image that are NaN or infinite.
     pub nonfinite: usize,
-    /// The settings that were changed for the image on which the indirect light was measured, as `key=value`; empty
-    /// where it is the image of the row's own settings. See [`crate::measure::terms`].
+    /// The changed settings of the image on which the indirect light was measured, as `key=value`; empty if it has the
+    /// row's own settings. See [`crate::measure::terms`].
     pub equal_terms: Vec<String>,
-    /// Against all of the light.
+    /// Errors against all light.
     pub full: Errors,
-    /// Against light of as many bounces as the settings ask for.
+    /// Errors against light of as many bounces as the settings have.
     pub same: Errors,
 }
 
-/// A pass's median.
+/// The median time of a pass.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pass {
     pub name: String,
     pub gpu_ms: f64,
 }
 
-/// Against one reference.
+/// Errors against one reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
-    /// The reference's indirect bounces; absent: all.
+    /// The reference's indirect bounces; `None` for all.
     pub bounces: Option<u32>,
     /// The reference's own noise: root mean square of its pixels' relative error.
     pub noise: f64,
-    /// Error that this noise may add to `rel`.
+    /// The error that this noise may add to `rel`.
     pub noise_in_rel: Parts<f64>,
-    /// Of the indirect light, on equal terms.
+    /// Metrics of each part of the light; indirect light is on equal terms.
     #[serde(flatten)]
     pub metrics: Parts<Metrics>,
-    /// Mean LDR-FLIP of the whole.
+    /// Mean LDR-FLIP of the whole image.
     pub flip: f64,
 }
 
-/// Which reference an image is compared with.
+/// The reference of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reference {
     /// All light.
     Full,
-    /// Light of as many bounces as the settings ask for.
+    /// Light of as many bounces as the settings have.
     Same,
 }
 
-impl lab::Row for Row {
+impl lab::ExperimentRow for Row {
     type Pictures = Pictures;
 
     const KIND: Kind = Kind { command: "chart", words: "a chart", version: super::VERSION };
@@ -152,8 +152,8 @@ impl lab::Row for Row {
 }
 
 impl Row {
-    /// Settings on top of a preset, without a scene and a result yet. A base that is no preset shows all that differs
-    /// from the default one.
+    /// Settings on top of a preset, without a scene or a result. For a base that is not a preset, all differences from
+    /// the default preset are shown.
     pub fn of_settings(preset: &str, swept: &[String], settings: Settings) -> Self {
         let name = [&[preset.to_owned()], swept].concat().join(" ");
         let changes = settings.changes_from(&Settings::preset(preset).unwrap_or_default());
@@ -161,14 +161,14 @@ impl Row {
         Self { name, preset, swept, changes, settings: Some(settings), ..Self::default() }
     }
 
-    /// The path tracer along so many paths a pixel.
+    /// The path tracer with `paths` paths per pixel.
     pub fn of_paths(paths: u32) -> Self {
         let name = if paths == 1 { "1 path a pixel".to_owned() } else { format!("{paths} paths a pixel") };
         Self { name, source: Source::PathTracer { paths }, ..Self::default() }
     }
 
-    /// Itself in a scene, with its hashes over everything that determines it except the program. `noise`: of
-    /// references, a share; `common`: the device and whether it is validated.
+    /// The row in a scene, with its hashes over everything that determines it except the program. `noise` is that of
+    /// the references as a share, and `common` names the device and whether it is validated.
     pub fn in_scene(&self, scene: &ChartScene, noise: f64, common: &[String; 2]) -> Self {
         let seen = cache::key(scene.still(), &scene.reference_options(Depth::Full, Stop::Noise(noise))).to_string();
         let bounds = format!("{:?}", scene.options.bounds);
@@ -179,14 +179,14 @@ impl Row {
         };
         let address = short_hash(&json!([noise.to_string(), seen, bounds, identity]));
         let key = match self.source {
-            // An image of another program needs no device.
+            // An image of another program does not depend on a device.
             Source::Import(_) => short_hash(&json!([address])),
             _ => short_hash(&json!([common, address])),
         };
         Self { key, address, scene: scene.name.clone(), ..self.clone() }
     }
 
-    /// The depths of the references that the image is compared with: all light, and as many bounces.
+    /// The depths of its references: all light, and as many bounces.
     pub fn depths(&self, scene: &ChartScene) -> [Depth; 2] {
         let same = match (&self.source, &self.settings) {
             (Source::Settings, Some(settings)) => same_depth(&scene.scene, settings),
@@ -196,7 +196,7 @@ impl Row {
         [Depth::Full, same]
     }
 
-    /// The image of which the direct light is subtracted to leave the indirect light; `None` where that is not judged.
+    /// The image whose direct light is subtracted to leave the indirect light; `None` if that is not judged.
     pub fn subtract(&self, scene: &ChartScene) -> Option<Subtract> {
         match &self.source {
             Source::Import(claim) => claim.subtract(scene),
@@ -204,7 +204,7 @@ impl Row {
         }
     }
 
-    /// Whether two rows are of the same thing, maybe at different times.
+    /// Whether two rows have the same inputs, possibly at different times.
     pub fn is_same_as(&self, other: &Self) -> bool {
         let is_same = match (&self.settings, &other.settings) {
             (Some(own), Some(others)) => own.means_same(others),
@@ -218,25 +218,25 @@ impl Row {
         matches!(self.source, Source::Import(_))
     }
 
-    /// Paths a pixel, where the path tracer made the image.
+    /// Paths per pixel, if the path tracer made the image.
     pub fn paths(&self) -> Option<u32> {
         if let Source::PathTracer { paths } = &self.source { Some(*paths) } else { None }
     }
 
-    /// The place of measurement: times of one place may be compared. `None` for a time that was given: it stands
-    /// beside those of every place.
+    /// The place of measurement: times of one place are comparable. `None` for a stated time, which is shown with those
+    /// of every place.
     pub fn place(&self) -> Option<[&str; 3]> {
         self.origin.as_ref().map(Origin::place)
     }
 
-    /// `rel`, where it was measured and the reference has this part of the light.
+    /// `rel`, if it was measured and the reference has this part of the light.
     pub fn rel(&self, reference: Reference, part: Part) -> Option<f64> {
-        Some(self.errors(reference)?.metrics.of(part)?.rel)
+        Some(self.errors(reference)?.metrics.of_part(part)?.rel)
     }
 
-    /// Error that the reference's noise may have added to [`Self::rel`].
+    /// The error that the reference's noise may have added to [`Self::rel`].
     pub fn noise_in_rel(&self, reference: Reference, part: Part) -> Option<f64> {
-        self.errors(reference)?.noise_in_rel.of(part)
+        self.errors(reference)?.noise_in_rel.of_part(part)
     }
 
     fn errors(&self, reference: Reference) -> Option<&Errors> {
@@ -247,8 +247,8 @@ impl Row {
         })
     }
 
-    /// Milliseconds of a frame, where there is an error to go with it: median device time, the path tracer's median
-    /// wall time, or the time that was given.
+    /// Milliseconds of a frame, if there is an error: median device time, the path tracer's median wall time, or the
+    /// stated time.
     pub fn ms(&self) -> Option<f64> {
         let measured = self.measured.as_ref()?;
         match &self.source {
@@ -259,11 +259,11 @@ impl Row {
     }
 }
 
-/// A setting's pictures as URIs that hold them, small enough for a page.
+/// A row's pictures as URIs, small enough for a page.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pictures {
     pub image: String,
-    /// Signed difference from the full light, and from that of as many bounces; red is too bright, blue too dark.
+    /// Signed differences from the full light, and from that of as many bounces; red is too bright, blue too dark.
     pub full: String,
     pub same: String,
 }

@@ -1,4 +1,4 @@
-//! The default study: every preset, and every axis by itself on top of a preset. It fills the tables of
+//! The default study: every preset, and every axis on top of a preset. It fills the tables of
 //! `docs/notes/study/README.md`.
 
 use std::collections::BTreeSet;
@@ -15,14 +15,14 @@ use crate::measure::metrics::Part;
 use crate::measure::terms;
 use crate::settings::{PRESETS, Settings};
 
-/// The scenes, from the project's root.
+/// Paths of the scenes from the project's root.
 pub const SCENES: &[&str] = &["assets/cornell-area.glb", "assets/cornell-point.glb", "assets/gallery.glb"];
 
-/// Set in every preset first, so that the study can run on a CPU; 128³ has its own axis.
+/// Settings for every preset, so that the study can run on a CPU; 128³ has its own axis.
 pub const BASE: &[&str] = &["voxels=64"];
 
-/// An axis's name, the preset to start from, and what is tried on top of it: a sweep, `key=value,value,…`, or
-/// `key=value` of several keys at once, separated by spaces. To add an axis, add a line.
+/// An axis: its name, its base preset, and the values to try: a sweep, `key=value,value,…`, or `key=value` of several
+/// keys at once, separated by spaces. To add an axis, add a line.
 pub const AXES: &[(&str, &str, &[&str])] = &[
     ("grid", "balanced", &["voxels=32,128"]),
     ("grid, fast", "fast", &["voxels=32,128"]),
@@ -73,16 +73,16 @@ pub const AXES: &[(&str, &str, &[&str])] = &[
     ),
 ];
 
-/// The name of the path tracer's lines, which stand last.
+/// The name of the path tracer's lines, which come last.
 pub const PATHS_AXIS: &str = "path tracer";
 
 /// The name of the presets' lines.
 pub const PRESETS_AXIS: &str = "preset";
 
-/// The axis's name and the setting of every line of the page's table. `sets`: applied after [`BASE`].
+/// The axis's name and the setting of every line of the page's table. `sets` are applied after [`BASE`].
 ///
 /// # Errors
-/// An axis names a setting that is not there, or `sets` does.
+/// An axis or `sets` names a setting that does not exist.
 pub fn lines(sets: &[String]) -> Result<Vec<(&'static str, Row)>> {
     let base = |preset: &str| {
         let mut settings = Settings::preset(preset)?;
@@ -93,7 +93,7 @@ pub fn lines(sets: &[String]) -> Result<Vec<(&'static str, Row)>> {
     let presets = PRESETS.iter().map(|preset| Ok((PRESETS_AXIS, base(preset.name)?)));
     let mut lines = presets.collect::<Result<Vec<_>>>()?;
     for (name, preset, tried) in AXES {
-        // The first is the base itself, which the presets have.
+        // The first value is the base itself, which is a row of the presets.
         let swept = trials(&[base(preset)?], &values(tried)?)?.into_iter().skip(1);
         lines.extend(swept.map(|trial| (*name, trial)));
     }
@@ -112,15 +112,15 @@ fn values(tried: &[&str]) -> Result<Vec<Vec<String>>> {
 /// A new page, without its tables.
 pub const EMPTY: &str = include_str!("study.md");
 
-/// Whether a text is such a page.
+/// Whether a text is a page of the study.
 pub fn is_page(page: &str) -> bool {
     table::tables(page).is_ok_and(|tables| tables.iter().any(|(name, _)| name == "settings"))
 }
 
-/// The page with its tables filled. `sets`: as for [`lines`].
+/// The page with its tables filled. `sets` are as for [`lines`].
 ///
 /// # Errors
-/// A mark of a table in the page without an end.
+/// The page has a mark of a table without an end.
 pub fn document(chart: &Chart, lines: &[(&'static str, Row)], sets: &[String], page: &str) -> Result<String> {
     table::fill(page, |name, old| {
         Ok(match name {
@@ -146,7 +146,7 @@ fn conditions(chart: &Chart, lines: &[(&'static str, Row)], sets: &[String]) -> 
     )
 }
 
-/// The errors that the table shows of each scene.
+/// The errors of each scene in the table.
 const ERRORS: [(&str, Part, Reference); 4] = [
     ("whole, same", Part::Total, Reference::Same),
     ("whole, all", Part::Total, Reference::Full),
@@ -154,8 +154,8 @@ const ERRORS: [(&str, Part, Reference); 4] = [
     ("diffuse, all", Part::Diffuse, Reference::Full),
 ];
 
-/// The pictures, and a line for every setting: of each scene the time, then errors, those on a frontier of time and
-/// error bold.
+/// The pictures, and a line for every setting: for each scene the time and errors. Errors on a frontier of time and
+/// error are bold.
 fn settings_table(chart: &Chart, lines: &[(&'static str, Row)]) -> String {
     let mut head = ["axis", "setting", "method"].map(str::to_owned).to_vec();
     let mut table: Vec<Vec<String>> = Vec::new();

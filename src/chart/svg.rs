@@ -6,7 +6,7 @@ use super::row::{Reference, Row};
 use crate::measure::metrics::Part;
 use crate::output::svg::{LogAxis, escape};
 
-/// Pixels of a panel, and what its axes' labels take on the left, on top, on the right and below.
+/// Width of a panel in pixels, and the margins of its axes' labels at the left, top, right and bottom.
 const WIDTH: f64 = 420.0;
 const HEIGHT: f64 = 300.0;
 const LEFT: f64 = 58.0;
@@ -20,20 +20,20 @@ text{font:12px system-ui,sans-serif;fill:#3c4043}.title{font-weight:600;font-siz
 .bar{stroke:#80868b;stroke-width:1.5}\
 @media(prefers-color-scheme:dark){text{fill:#dadce0}}";
 
-/// Content of one panel.
+/// The content of one panel.
 pub struct Panel<'a> {
     pub title: String,
     pub rows: Vec<&'a Row>,
     pub reference: Reference,
     pub part: Part,
-    /// One frontier over all machines; else each has its own.
+    /// Whether one frontier joins all machines; otherwise each has its own.
     pub mix_machines: bool,
 }
 
-/// Decades that axes show beyond their values.
+/// Decades of the axes beyond their values.
 const AIR: f64 = 0.125;
 
-/// The numbers of a decade that axes show.
+/// The labelled numbers of a decade.
 const TICKS: &[f64] = &[1.0, 2.0, 5.0];
 
 /// The panels in a grid of `columns`, and a legend of the methods.
@@ -58,14 +58,14 @@ pub fn chart(panels: &[Panel], columns: usize) -> String {
     svg + "</svg>\n"
 }
 
-/// The start of a path's element.
+/// The beginning of an SVG path element.
 fn path(mark: Mark, class: &str, (x, y): (f64, f64), radius: f64) -> String {
     let place = format!("transform=\"translate({x:.1} {y:.1}) scale({radius})\"");
     format!("<path{class} d=\"{}\" {place} fill=\"{}\"", mark.shape, mark.color)
 }
 
 fn draw(panel: &Panel) -> String {
-    // A logarithm has no zero; an error of none is drawn as one that no reference can show.
+    // A logarithm has no zero, so an error of zero is drawn as one that no reference can show.
     let point = |row: &Row| Some((row.ms()?, row.rel(panel.reference, panel.part)?.max(1e-6)));
     let rows: Vec<(&Row, (f64, f64))> = panel.rows.iter().filter_map(|row| Some((*row, point(row)?))).collect();
     let points: Vec<(f64, f64)> = rows.iter().map(|row| row.1).collect();
@@ -79,7 +79,7 @@ fn draw(panel: &Panel) -> String {
     }
     let x = LogAxis::around(points.iter().map(|p| p.0), AIR, LEFT, right);
     let y = LogAxis::around(points.iter().map(|p| p.1), AIR, bottom, TOP);
-    // Without the reference's noise an error is smaller, by so much at most.
+    // The bar shows by how much an error may be smaller without the reference's noise.
     let least = |row: &Row, error: f64| (error - row.noise_in_rel(panel.reference, panel.part).unwrap_or(0.0)).max(0.0);
     for tick in x.ticks(TICKS) {
         let (at, under) = (x.place(tick), bottom + 16.0);
@@ -113,7 +113,7 @@ fn draw(panel: &Panel) -> String {
     for (i, (row, (cost, error))) in rows.iter().enumerate() {
         let (at, least) = (place((*cost, *error)), least(row, *error));
         let end = if least > 0.0 { y.place(least).min(bottom) } else { bottom };
-        // A bar that the mark hides says nothing.
+        // A bar that the mark covers is not drawn.
         if end > at.1 + 7.0 {
             let class = if best.contains(&i) { "bar" } else { "bar faint" };
             add(format!("<path class=\"{class}\" d=\"M{:.1} {:.1}V{end:.1}\"/>", at.0, at.1));
@@ -142,7 +142,7 @@ fn times(rows: &[(&Row, (f64, f64))]) -> &'static str {
     }
 }
 
-/// A tick's label: short, so that many fit, and without the rounding of powers of ten.
+/// A tick's label, which is short and has no rounding errors of powers of ten.
 fn label(tick: f64) -> String {
     if tick >= 1000.0 { format!("{}k", tick / 1000.0) } else { format!("{}", (tick * 1e9).round() / 1e9) }
 }

@@ -1,4 +1,4 @@
-//! Arguments that several commands share, each value within its range. A command's own arguments stand in its file.
+//! Arguments of several commands, with the range of each value. A command's own arguments are in its file.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -12,7 +12,7 @@ use twobounce::renderer::Submit;
 use twobounce::settings::PRESETS;
 use twobounce::stage::{MAX_SIDE, Sky, Stage, Viewpoint, When};
 
-/// A scene and how to look at it.
+/// A scene and its view.
 #[derive(Args, Clone, Debug)]
 pub struct SceneArgs {
     /// The scene: glTF 2.0, .gltf or .glb; - is standard input, demo: the scene of twobounce demo
@@ -21,7 +21,7 @@ pub struct SceneArgs {
     /// Size of the image in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub size: (u32, u32),
-    /// The file's camera to look through; by default its first, or one that frames the scene
+    /// The camera of the file, by name or index; by default its first one, or a camera that frames the scene
     #[arg(long, value_name = "NAME|INDEX", conflicts_with = "eye")]
     pub camera: Option<String>,
     /// Look from this point, in metres
@@ -37,35 +37,35 @@ pub struct SceneArgs {
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n > 0.0 && n < 180.0, "write degrees between 0 and 180"))]
     pub fov: Option<f64>,
-    /// The file's scene to load; by default the one that the file names
+    /// The scene of the file, by name or index; by default the one that the file names
     #[arg(long, value_name = "NAME|INDEX")]
     pub scene: Option<String>,
-    /// Let the scene read buffers and textures of this folder too; else it reads files of its own folder alone
+    /// One more folder from which the scene may read buffers and textures, in addition to the folder of its file
     #[arg(long, value_name = "DIR")]
     pub assets: Option<PathBuf>,
-    /// The animation to play, or all at once; by default the first
+    /// The animation to play, by name or index, or all; by default the first one
     #[arg(long, value_name = "NAME|INDEX|all")]
     pub animation: Option<String>,
     /// The time within the animation, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n >= 0.0, "write seconds, finite and at least 0"))]
     pub time: f64,
-    /// Whether an animation begins anew when it ends; else it stays as it ended
+    /// Whether the animation repeats; otherwise its last state stays
     #[arg(long = "loop", value_name = "WHETHER", value_enum, default_value_t = Loop::Off)]
     pub repeats: Loop,
     #[command(flatten)]
     pub sky: SkyArgs,
-    /// Scale textures down to at most this many texels a side, by halves
+    /// Halve larger textures until they have at most this many texels a side
     #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(1..))]
     pub max_texture: Option<u32>,
-    /// Refuse a scene of which a texture or a required extension would be left out
+    /// Refuse a scene if a texture or a required extension would be left out
     #[arg(long)]
     pub strict: bool,
-    /// Add a studio's light, softboxes and a directional light: `auto` where the scene has no light and no sky and does
-    /// not light itself
+    /// Add the light of a studio, softboxes and a directional light; `auto`: if the scene has no light, no sky and too
+    /// little emission
     #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = when())]
     pub default_light: When,
-    /// Add a grey ground below the scene: `auto` with the default light, where the camera is above it
+    /// Add a grey ground below the scene; `auto`: with the default light, if the camera is above it
     #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = when())]
     pub ground: When,
 }
@@ -73,14 +73,15 @@ pub struct SceneArgs {
 /// The sky, which is visible and lights the scene.
 #[derive(Args, Clone, Debug)]
 pub struct SkyArgs {
-    /// The sky: its radiance, the same all around, or an equirectangular map, an .hdr or an .exr
+    /// The sky: a uniform radiance, or an equirectangular map, an .hdr or an .exr
     #[arg(long, value_name = "R,G,B|FILE", default_value = "0,0,0", value_parser = sky_of, allow_hyphen_values = true)]
     pub sky: Sky,
-    /// Multiply the sky's radiance with this
+    /// A factor of the sky's radiance
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| (0.0..=1e30).contains(&n), "write a factor, finite and at least 0"))]
     pub sky_intensity: f64,
-    /// Turn the sky's map by this, in degrees: counter-clockwise, seen from above. Its middle is towards +X before
+    /// Rotation of the sky's map in degrees, counter-clockwise seen from above; without rotation its middle is towards
+    /// +X
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     #[arg(value_parser = number(|_| true, "write degrees, a finite number"))]
     pub sky_rotation: f64,
@@ -115,34 +116,34 @@ impl SceneArgs {
     }
 }
 
-/// Playback after an animation's end.
+/// The state after an animation's end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Loop {
     On,
     Off,
 }
 
-/// Where the settings come from. Later ones win: preset, then file, then method, then single keys.
+/// The sources of settings. Later ones win: preset, then file, then method, then single keys.
 #[derive(Args, Clone, Debug)]
 pub struct SettingsArgs {
-    /// Start from this preset
+    /// The preset from which the settings start
     #[arg(long, value_name = "NAME", default_value = PRESETS[0].name)]
     pub preset: String,
-    /// Then take the keys of this TOML file
+    /// A TOML file with keys that replace those of the preset
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// Then choose the method: as --set method=NAME
+    /// The method, as --set method=NAME; it replaces that of the preset and the file
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Method::ALL.iter().map(|m| m.name())))]
     pub method: Option<String>,
-    /// Then set single keys, in the order given; `twobounce settings` lists them
+    /// A setting, applied last and in the order given; `twobounce settings` lists the keys
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
 }
 
-/// How frames are handed to a device.
+/// The submission of frames to a device.
 #[derive(Args, Clone, Debug)]
 pub struct RunArgs {
-    /// Work that is submitted to the device at once; `pass` also times each pass by the CPU's clock
+    /// The amount of work per submission to the device; `pass` also times each pass by the CPU's clock
     #[arg(long, default_value = "short", value_parser = submit())]
     pub submit: Submit,
     /// Also time each level of mips and each step of propagation
@@ -155,18 +156,18 @@ pub struct RunArgs {
     pub device: DeviceArgs,
 }
 
-/// Which device to use and how.
+/// The device and its use.
 #[derive(Args, Clone, Debug)]
 pub struct DeviceArgs {
     /// The device to use; `twobounce info` lists them. TWOBOUNCE_DEVICE does the same
     #[arg(long, value_name = "NAME|INDEX")]
     pub device: Option<String>,
-    /// Run with Vulkan's validation layers and fail on any of their messages
+    /// Run with Vulkan's validation layers; any of their messages is an error
     #[arg(long)]
     pub validation: bool,
 }
 
-/// Frames of an animation by their numbers.
+/// The numbers of the frames of an animation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frames {
     pub first: u32,
@@ -201,7 +202,7 @@ pub fn frames(text: &str) -> Result<Frames, &'static str> {
         let (first, last, step) = (first.parse().ok()?, last.parse().ok()?, step.parse().ok()?);
         (first <= last && last < u32::MAX && step > 0).then_some(Frames { first, last, step })
     };
-    read().ok_or("write how many frames, or the numbers of the first and the last one, such as 60, 0-59 or 0-59:2")
+    read().ok_or("write a number of frames, or the numbers of the first and the last one, such as 60, 0-59 or 0-59:2")
 }
 
 pub fn size(text: &str) -> Result<(u32, u32), String> {
@@ -228,7 +229,7 @@ pub fn point(text: &str) -> Result<DVec3, &'static str> {
     values.try_into().map(DVec3::from_array).map_err(|_| write)
 }
 
-/// Reads a finite number that fits; `write` says what else to write.
+/// Parses a finite number in a range; `write` describes the valid values.
 pub fn number(
     fits: fn(f64) -> bool,
     write: &'static str,
@@ -236,7 +237,7 @@ pub fn number(
     move |text| text.parse().ok().filter(|n: &f64| n.is_finite() && fits(*n)).ok_or(write)
 }
 
-/// A percentage, as a share.
+/// Parses a percentage as a share.
 pub fn percent(text: &str) -> Result<f64, &'static str> {
     number(|n| n > 0.0, "write a percentage above 0")(text).map(|n| n / 100.0)
 }

@@ -1,4 +1,4 @@
-//! `twobounce chart`: error and time of many settings on some scenes, as a page, an SVG and rows.
+//! `twobounce chart`: error and time of many settings on scenes, as a page, an SVG and rows.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -15,26 +15,26 @@ use super::bench::imports::ImportArgs;
 use super::bench::{Bench, BenchArgs};
 use super::share;
 
-/// Every preset runs by itself, then every value of every --sweep on top of every preset, one sweep at a time. Each row
-/// is kept as soon as it is finished: after an interruption the same command continues.
+/// Measures every preset, then every value of every --sweep on top of every preset, one sweep at a time. Each row is
+/// kept as soon as it is finished; after an interruption the same command continues.
 #[derive(Args, Debug)]
 #[command(mut_arg("size", |arg| arg.default_value("256x256")))]
 pub struct ChartArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Further scenes, looked at in the same way
+    /// Further scenes with the same view
     #[arg(value_name = "SCENE")]
     pub more: Vec<PathBuf>,
-    /// The folder to write into: a new one, an empty one, or one of an earlier chart
+    /// The folder to write: a new one, an empty one, or one of an earlier chart
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
     /// The presets to run, separated by commas [default: all]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub presets: Vec<String>,
-    /// Run these values of a setting on top of every preset; may be given several times
+    /// Also measure these values of a setting on top of every preset; may be given several times
     #[arg(long = "sweep", value_name = "KEY=VALUE,…")]
     pub sweeps: Vec<String>,
-    /// In every preset, take the keys of this TOML file first
+    /// In every preset, apply the keys of this TOML file first
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
     /// In every preset, set this key first; may be given several times
@@ -46,7 +46,7 @@ pub struct ChartArgs {
     pub bench: BenchArgs,
 }
 
-/// Measures what is missing and writes the chart again.
+/// Measures missing rows and writes the chart.
 pub fn run(args: &ChartArgs) -> anyhow::Result<ExitCode> {
     let paths = [slice::from_ref(&args.scene.path), &args.more].concat();
     let mut rows: Vec<Row> = args.trials()?.into_iter().chain(args.bench.traced()).collect();

@@ -1,4 +1,4 @@
-//! `twobounce compare`: an image against its reference, as numbers, as a picture, and as an exit code.
+//! `twobounce compare`: an image against its reference, as numbers, a picture, and an exit code.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -20,11 +20,11 @@ const VERSION: u32 = 1;
 #[derive(Args, Debug)]
 #[command(after_help = COLUMNS)]
 pub struct CompareArgs {
-    /// The image to judge
+    /// The image to compare
     #[arg(value_name = "IMAGE.exr")]
     pub image: PathBuf,
-    /// The image to compare with. The row indirect needs a direct layer in both files, and the row indirect_diffuse
-    /// also a diffuse layer in this one (`twobounce reference --aov direct,diffuse`)
+    /// The reference. The row indirect needs a direct layer in both files, and the row indirect_diffuse also a diffuse
+    /// layer in this one (`twobounce reference --aov direct,diffuse`)
     #[arg(value_name = "REFERENCE.exr")]
     pub reference: PathBuf,
     /// Write the numbers as JSON
@@ -37,7 +37,7 @@ pub struct CompareArgs {
     pub limits: Limits,
 }
 
-/// The columns and rows that are printed, for `--help`.
+/// The printed columns and rows, for `--help`.
 const COLUMNS: &str = "The columns of the output, over the pixels of a row (best value in brackets):
   energy  sum of the image over sum of the reference (1)
   rel     sum of |image - reference| over sum of the reference (0)
@@ -50,10 +50,10 @@ The rows:
   indirect_diffuse  the same over pixels of diffuse surfaces: no metal, glass or sky
 docs/accuracy.md has the formulas.";
 
-/// Declares a flag per limit, and pairs each with its words and the number that it limits.
+/// Declares a flag per limit, each with its description and the limited number.
 macro_rules! limits {
     ($($flag:ident: $words:literal is |$of:ident| $number:expr;)+) => {
-        /// Above any of these the exit code is 1.
+        /// Limits; the exit code is 1 if one is exceeded.
         #[derive(Args, Debug)]
         pub struct Limits {
             $(
@@ -61,13 +61,14 @@ macro_rules! limits {
                 #[arg(value_parser = number(|x| x >= 0.0, "write a number, at least 0"))]
                 pub $flag: Option<f64>,
             )+
-            /// Exit with 1 if more values of the image than this are NaN or infinite [default: 0 with any other limit]
+            /// Exit with 1 if more than this number of the image's values are NaN or infinite [default: 0 with any
+            /// other limit]
             #[arg(long, value_name = "N")]
             pub max_nonfinite: Option<usize>,
         }
 
         impl Limits {
-            /// Words for each limit that is given, the limit, and the number that it limits.
+            /// The description of each given limit, the limit, and the limited number.
             fn given(&self, compared: &Compared) -> Result<Vec<(&'static str, f64, f64)>> {
                 let mut given = Vec::new();
                 $(if let Some(limit) = self.$flag {
@@ -96,22 +97,22 @@ limits! {
     max_indirect_diffuse_p95: "indirect_diffuse p95" is |of| of.metrics(Part::Diffuse)?.p95;
 }
 
-/// Two images compared.
+/// Two compared images.
 struct Compared {
     comparison: Comparison,
     /// The settings with which the image must be rendered again before its indirect light can be compared; empty if it
-    /// can.
+    /// can be.
     needs: String,
 }
 
 impl Compared {
-    /// Why the indirect light is not compared.
+    /// The reason why the indirect light is not compared.
     fn why_not(&self) -> String {
         if self.needs.is_empty() {
             return format!("{NO_DIRECT}; render them with --aov direct");
         }
         let flags: Vec<String> = self.needs.split(' ').map(|change| format!("--set {change}")).collect();
-        format!("is compared beside exact direct light: render the image again with {} --aov direct", flags.join(" "))
+        format!("needs exact direct light in the image: render it again with {} --aov direct", flags.join(" "))
     }
 
     /// The metrics of a part of the light, for a limit on it.
@@ -129,7 +130,7 @@ impl Compared {
     }
 }
 
-/// Compares, prints, writes what is asked for.
+/// Compares, prints and writes the requested results.
 pub fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
     let picture = args.out.as_ref().map(|folder| folder.join(PICTURE));
     outputs::check(&[Some(&args.image), Some(&args.reference), picture.as_ref()], &[args.json.as_ref()])?;
@@ -170,7 +171,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::from(u8::from(!exceeded.is_empty())))
 }
 
-/// The layers that a part of the light needs.
+/// The reason for missing layers of a part of the light.
 const NO_DIRECT: &str = "needs the direct layer in both files";
 const NO_DIFFUSE: &str = "needs the diffuse layer in the reference, and lit pixels that are wholly diffuse";
 
@@ -201,7 +202,7 @@ fn print(compared: &Compared) {
 }
 
 impl Limits {
-    /// One sentence per limit that does not hold.
+    /// One sentence per exceeded limit.
     fn exceeded(&self, compared: &Compared) -> Result<Vec<String>> {
         let given = self.given(compared)?;
         let above = given.iter().filter(|(_, limit, number)| number > limit);

@@ -1,4 +1,4 @@
-//! The flags of images as a display shows them.
+//! Flags for the display of images.
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -12,7 +12,7 @@ use crate::say;
 
 #[derive(Args, Clone, Debug, Default)]
 pub struct DisplayArgs {
-    /// Tone curve of a .png or .jpg, which brings radiance of any size into the range of a display [default: neutral]
+    /// Tone curve of a .png or .jpg, which maps radiance to the range of a display [default: neutral]
     #[arg(long, value_name = "CURVE", value_parser = curve())]
     pub tonemap: Option<ToneMap>,
     /// Exposure of a .png or .jpg in stops: radiance is multiplied by 2^EV [default: automatic, and printed]
@@ -27,7 +27,7 @@ fn curve() -> impl TypedValueParser<Value = ToneMap> {
 }
 
 impl DisplayArgs {
-    /// Refuses what does not apply to a kind of file.
+    /// Refuses flags that do not apply to a kind of file.
     pub fn check(&self, kind: ImageKind, transparent: bool) -> Result<()> {
         let usage = |sentence: &str| Err(Error::Usage(sentence.to_owned()));
         match kind {
@@ -46,12 +46,12 @@ impl DisplayArgs {
         self.tonemap.unwrap_or_default()
     }
 
-    /// The exposure asked for, in stops.
+    /// The requested exposure in stops.
     pub fn exposure_ev(&self) -> Option<f32> {
         self.exposure.map(|ev| ev as f32)
     }
 
-    /// How an image is shown; an automatic exposure is printed.
+    /// The display of an image; an automatic exposure is printed.
     pub fn display(&self, image: &Layers) -> Display {
         let tone = self.tone();
         let exposure_ev = self.exposure_ev().unwrap_or_else(|| {

@@ -1,4 +1,4 @@
-//! `twobounce info`: every Vulkan device, what twobounce needs of it, what is missing, and the limits that matter.
+//! `twobounce info`: every Vulkan device, the requirements of twobounce, missing ones, and relevant limits.
 
 use std::process::ExitCode;
 
@@ -11,12 +11,12 @@ use twobounce::vk::{self, DeviceReport, Need};
 
 #[derive(Args, Debug)]
 pub struct InfoArgs {
-    /// Print JSON; sizes in bytes
+    /// Print JSON, with sizes in bytes
     #[arg(long)]
     pub json: bool,
 }
 
-/// Prints the list; fails when there is no loader or no device.
+/// Prints the list. Fails without a loader or a device.
 pub fn run(args: &InfoArgs) -> anyhow::Result<ExitCode> {
     let devices = vk::devices()?;
     let text = if args.json { json(&devices) } else { text(&devices) };
@@ -74,18 +74,18 @@ fn device_text(index: usize, device: &DeviceReport) -> String {
     text
 }
 
-/// The presets whose settings need that of a device.
+/// The presets whose settings need this feature.
 fn presets_that_need(name: &str) -> Vec<&'static str> {
     let asks = |preset: &&Preset| (preset.settings)().grid.conservative.needs().contains(&name);
     PRESETS.iter().filter(asks).map(|preset| preset.name).collect()
 }
 
-/// Per preset what the device lacks for it.
+/// For each preset, the requirements that the device does not meet.
 fn lacks(device: &DeviceReport) -> impl Iterator<Item = (&'static str, Vec<String>)> {
     PRESETS.iter().map(|preset| (preset.name, renderer::lacks(device, &(preset.settings)())))
 }
 
-/// The presets that run, and what each other lacks.
+/// The presets that run, and the missing requirements of the others.
 fn presets_text(device: &DeviceReport) -> String {
     let (run, others): (Vec<_>, Vec<_>) = lacks(device).partition(|(_, missing)| missing.is_empty());
     let names: Vec<&str> = run.iter().map(|(name, _)| *name).collect();
@@ -94,7 +94,7 @@ fn presets_text(device: &DeviceReport) -> String {
     format!("   presets:\n     {runs}\n{}", others.collect::<String>())
 }
 
-/// The limits that matter: key, words, and value in the unit that ends the key.
+/// Relevant limits: key, description, and value in the unit at the key's end.
 fn limits(device: &DeviceReport) -> [(&'static str, &'static str, Value); 13] {
     let limits = &device.limits;
     [

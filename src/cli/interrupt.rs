@@ -1,5 +1,5 @@
-//! Ctrl-C, SIGTERM, SIGHUP and SIGXCPU (`ulimit -t`) set a flag that long work looks at between steps, and then stops
-//! cleanly. What has not stopped soon is ended all the same, as after a second signal, but not while a file is being
+//! Ctrl-C, SIGTERM, SIGHUP and SIGXCPU (`ulimit -t`) set a flag that long work checks between steps, and then stops
+//! cleanly. Work that does not stop soon is ended anyway, as after a second signal, but not while a file is being
 //! written.
 
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
@@ -9,15 +9,15 @@ use twobounce::output::file;
 
 use super::threads;
 
-/// How long work may take to look at the flag, and then to say how it ended.
+/// The time that work may take to check the flag, and then to report its end.
 const PATIENCE: Duration = Duration::from_millis(700);
 const LAST_WORDS: Duration = Duration::from_millis(300);
 
-/// From now on these signals set the flag; the threads that share loops are started, which take no signals. Called
-/// before anything that takes long, and before other threads are started.
+/// Makes these signals set the flag, and starts the threads of parallel loops, which receive no signals. It must be
+/// called before long work and before other threads start.
 ///
 /// # Errors
-/// One sentence where the system allows no threads.
+/// One sentence if the system allows no threads.
 pub fn install() -> anyhow::Result<()> {
     imp::install()?;
     Ok(threads::start_pool()?)
@@ -26,7 +26,7 @@ pub fn install() -> anyhow::Result<()> {
 /// The flag.
 pub static PRESSED: AtomicBool = AtomicBool::new(false);
 
-/// 128 and the number of the signal.
+/// 128 plus the number of the signal.
 static EXIT_CODE: AtomicU8 = AtomicU8::new(130);
 
 /// [`twobounce::Error::Interrupted`] once the flag is set.
@@ -34,7 +34,7 @@ pub fn check() -> twobounce::Result<()> {
     if PRESSED.load(Ordering::Relaxed) { Err(twobounce::Error::Interrupted) } else { Ok(()) }
 }
 
-/// Exit code of an interrupted program.
+/// The exit code of an interrupted program.
 pub fn exit_code() -> u8 {
     EXIT_CODE.load(Ordering::Relaxed)
 }
@@ -44,7 +44,7 @@ fn signalled(exit_code: u8) {
     if PRESSED.swap(true, Ordering::Relaxed) {
         end();
     }
-    // Where no thread is to be had, a second signal waits as well.
+    // If no thread can be started, a second signal waits as well.
     if threads::spawn(end_soon).is_err() {
         end_soon();
     }
@@ -60,7 +60,7 @@ fn end_soon() {
     end();
 }
 
-/// Ends the program at once: destructors would wait for the device.
+/// Ends the program at once, because destructors would wait for the device.
 fn end() -> ! {
     let _nothing_is_written = file::wait_for_writes();
     super::out::warn("interrupted");
@@ -71,7 +71,7 @@ fn end() -> ! {
 mod imp {
     use crate::cli::threads;
 
-    /// A thread of its own takes the signals, so that they interrupt no call.
+    /// A separate thread receives the signals, so that they interrupt no call.
     pub(super) fn install() -> anyhow::Result<()> {
         // SAFETY: the set is initialised before it is used, and all pointers are valid for their calls.
         let signals = unsafe {
@@ -82,7 +82,7 @@ mod imp {
             libc::sigaddset(&mut signals, libc::SIGXCPU);
             let mut before: libc::sigaction = std::mem::zeroed();
             libc::sigaction(libc::SIGHUP, std::ptr::null(), &mut before);
-            // `nohup` asks for it to be ignored.
+            // `nohup` requests that it be ignored.
             if before.sa_sigaction != libc::SIG_IGN {
                 libc::sigaddset(&mut signals, libc::SIGHUP);
             }
@@ -109,13 +109,13 @@ mod imp {
         unsafe { libc::_exit(code) }
     }
 
-    /// A process ends when each of its threads has run once more, and a thread of Mesa's shader cache has the lowest
-    /// priority. Does nothing where the user may not raise it.
+    /// Raises the priorities of threads. A process ends after each of its threads has run once more, and a thread of
+    /// Mesa's shader cache has the lowest priority. Does nothing without the permission.
     #[cfg(target_os = "linux")]
     fn raise_priorities() {
         let threads = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
         for thread in threads.filter_map(|entry| entry.file_name().to_str()?.parse::<libc::id_t>().ok()) {
-            // SAFETY: the call takes numbers alone.
+            // SAFETY: the call only takes numbers.
             unsafe { libc::setpriority(libc::PRIO_PROCESS, thread, 0) };
         }
     }

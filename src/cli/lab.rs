@@ -1,4 +1,4 @@
-//! The runner of all experiments: rows that are missing, a budget, a lost device, progress, pages now and then.
+//! The runner of all experiments: missing rows, a budget, a lost device, progress, and repeated writing of pages.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -11,12 +11,12 @@ use super::args::DeviceArgs;
 use super::interrupt;
 use super::progress::RowProgress;
 
-/// How often pages are written while rows are measured, at most.
+/// The minimum interval between writes of pages while rows are measured.
 const PAGES_EVERY: Duration = Duration::from_secs(10);
 
-/// Rows that are measured one by one, and pages that show them. Rows are counted from 0.
+/// Rows that are measured one by one, and pages that show them. Rows are numbered from 0.
 pub trait Experiment {
-    /// How many rows there are, those that are measured already too.
+    /// The number of rows, including measured ones.
     fn len(&self) -> usize;
 
     fn is_measured(&self, row: usize) -> bool;
@@ -24,45 +24,45 @@ pub trait Experiment {
     /// The row's name while it is measured.
     fn name(&self, row: usize) -> String;
 
-    /// Makes what a row is compared with, which does not count against the budget. Any error ends the whole run.
+    /// Prepares the references of a row, which does not count against the budget. An error ends the whole run.
     fn prepare(&mut self, _row: usize) -> Result<()> {
         Ok(())
     }
 
-    /// Measures a row and keeps it. `go_on` is asked between frames. An error that is not [`Error::Interrupted`] is
-    /// what keeps the row from running: [`Self::keep_failure`] has it next.
+    /// Measures a row and stores it. `go_on` is called between frames. An error other than [`Error::Interrupted`] is
+    /// the reason why the row cannot run, and is passed to [`Self::keep_failure`].
     fn measure(&mut self, row: usize, context: &Arc<Context>, go_on: &dyn Fn() -> Result<()>) -> Result<()>;
 
-    /// Keeps why a row could not run, or gives an error that ends the whole run.
+    /// Stores the reason why a row could not run, or returns an error that ends the whole run.
     fn keep_failure(&mut self, row: usize, error: Error) -> Result<()>;
 
-    /// The finished row in a line; `None` where it is not told.
+    /// The finished row as a line; `None` if it is not printed.
     fn line(&self, _row: usize) -> Option<String> {
         None
     }
 
-    /// Writes the pages with the rows that there are. `running`: whether others follow.
+    /// Writes the pages with the existing rows. `running` says whether further rows follow.
     fn write(&mut self, _running: bool) -> Result<()> {
         Ok(())
     }
 }
 
-/// How an experiment is run.
+/// Options of a run.
 pub struct Runner<'a> {
     pub device: &'a DeviceArgs,
-    /// Pixels of the images, for which a device is chosen.
+    /// Size in pixels of the images, for the choice of a device.
     pub size: (u32, u32),
-    /// The time for measuring.
+    /// The time limit for measuring.
     pub budget: Option<Duration>,
 }
 
-/// When pages were written last, and how long that took.
+/// The time of the last writing of pages, and its duration.
 #[derive(Default)]
 pub struct Pages(Option<(Instant, Duration)>);
 
 impl Pages {
-    /// Writes pages of what there is now, unless they were just written: a program that is killed leaves them. Of many
-    /// rows that takes a while: at most a twentieth of the time goes into it.
+    /// Writes pages with the existing rows unless they were written recently, so that a killed program leaves them.
+    /// Writing takes at most a twentieth of the time.
     pub fn write_now_and_then(&mut self, experiment: &mut impl Experiment) -> Result<()> {
         if self.0.is_none_or(|(at, took)| at.elapsed() > PAGES_EVERY.max(20 * took)) {
             let begin = Instant::now();
@@ -75,9 +75,9 @@ impl Pages {
 }
 
 impl Runner<'_> {
-    /// Measures the rows that are missing, in their order, until the budget is spent or Ctrl-C is pressed. Says whether
-    /// the budget ended it. Errors are those of the experiment that are no row's own, and a device that cannot be
-    /// opened again.
+    /// Measures the missing rows in order until the budget is spent or Ctrl-C is pressed. Returns whether the budget
+    /// ended the run. Errors are those of the experiment that do not belong to a row, and a device that cannot be
+    /// reopened.
     pub fn run(&self, experiment: &mut impl Experiment, context: Arc<Context>, pages: &mut Pages) -> Result<bool> {
         let missing: Vec<usize> = (0..experiment.len()).filter(|row| !experiment.is_measured(*row)).collect();
         let mut progress = RowProgress::new(missing.len(), experiment.len());

@@ -1,4 +1,4 @@
-//! `twobounce ledger`: measures the rows of a method's ledger and fills their last cells in its page.
+//! `twobounce ledger`: measures the rows of a method's ledger and fills the last cells in its page.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use std::sync::Arc;
 use clap::Args;
 use glam::Vec3;
 use twobounce::gi::Method;
-use twobounce::lab::ledger::{Job, LEDGERS, Line, lines, with_results};
+use twobounce::lab::ledger::{Comparison, LEDGERS, Line, lines, with_results};
 use twobounce::lab::specimen::Specimen;
 use twobounce::lab::table;
 use twobounce::layers::{Aov, Layers};
@@ -33,7 +33,7 @@ pub struct LedgerArgs {
     /// The scene to measure on
     #[arg(value_name = "SCENE", default_value = "assets/gallery.glb")]
     pub scene: PathBuf,
-    /// The method whose source is measured: cones, lpv or photons
+    /// The method of the ledger: cones, lpv or photons
     #[arg(long, value_name = "METHOD", default_value = "cones", value_parser = method)]
     pub method: Method,
     /// The page to write [default: docs/notes/ledger.md, docs/notes/lpv.md or docs/notes/photons.md]
@@ -54,12 +54,12 @@ fn method(text: &str) -> std::result::Result<Method, String> {
     })
 }
 
-/// Edge of the grid that changes are measured on: D19's numbers are for it.
+/// Edge of the grid on which changes are measured; D19's numbers are for it.
 const EDGE: u32 = 32;
-/// Edge of the grid of the table `fills`, and the noise of its references, as a share.
+/// Edge of the grid of the table `fills`, and the noise of its references as a share.
 const FILL_EDGE: u32 = 64;
 const FILL_NOISE: f64 = 0.025;
-/// Pixels a side of a furnace's image: every pixel should be the same.
+/// Side in pixels of a furnace's image, in which every pixel should be equal.
 const FURNACE_PIXELS: u32 = 48;
 
 pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
@@ -67,7 +67,7 @@ pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
     let ledger = LEDGERS.iter().find(|ledger| ledger.method == args.method).expect("the flag takes no other method");
     let output = args.output.clone().unwrap_or_else(|| ledger.page.into());
     file::check_writable(&output)?;
-    // A page that people have changed since the program was built keeps what they wrote.
+    // A page that was edited since the program was built keeps its edits.
     let page = std::fs::read_to_string(&output).unwrap_or_else(|_| ledger.text.to_owned());
     let lines = lines(&page).map_err(|error| Error::file(&output, error.to_string()))?;
     let base = Settings { voxels: EDGE, ..Settings::preset(ledger.preset)? };
@@ -78,7 +78,7 @@ pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
         format!("Measured on `{name}` at {width}×{height}, {EDGE}³ voxels, on {} ({}).", context.name, context.driver);
     let page = table::fill(&page, |name, text| Ok(if name == "device" { about.clone() } else { text.to_owned() }))?;
     let (made, results) = (BTreeMap::new(), BTreeMap::new());
-    let mut rows = Rows { specimen, base, size: args.size, made, lines, results, page, output };
+    let mut rows = LedgerRows { specimen, base, size: args.size, made, lines, results, page, output };
     let runner = Runner { device: &args.device, size: args.size, budget: None };
     runner.run(&mut rows, context, &mut Pages::default())?;
     interrupt::check()?;
@@ -87,20 +87,20 @@ pub fn run(args: &LedgerArgs) -> anyhow::Result<ExitCode> {
 }
 
 /// The rows of a page.
-struct Rows {
+struct LedgerRows {
     specimen: Specimen,
     base: Settings,
     size: (u32, u32),
-    /// The scene under many settings; each is rendered once.
-    made: BTreeMap<String, Pixels>,
+    /// Images of the scene under many settings, each rendered once.
+    made: BTreeMap<String, LinearPixels>,
     lines: Vec<Line>,
-    /// By the places of lines in the page.
+    /// Results by the indices of lines in the page.
     results: BTreeMap<usize, Vec<String>>,
     page: String,
     output: PathBuf,
 }
 
-impl Experiment for Rows {
+impl Experiment for LedgerRows {
     fn len(&self) -> usize {
         self.lines.len()
     }
@@ -116,12 +116,12 @@ impl Experiment for Rows {
     fn measure(&mut self, row: usize, context: &Arc<Context>, _: &dyn Fn() -> Result<()>) -> Result<()> {
         let line = self.lines[row].clone();
         let results = match &line.job {
-            Job::Change { printed, right } => self.change(context, right, printed)?,
-            Job::Fill { settings, scenes } => {
+            Comparison::Change { printed, right } => self.change(context, right, printed)?,
+            Comparison::Fill { settings, scenes } => {
                 let of_scene = |scene| fill(context, &format!("assets/{scene}.glb"), settings, self.size);
                 scenes.iter().map(of_scene).collect::<Result<_>>()?
             }
-            Job::Furnace { settings, albedo, block, edges } => {
+            Comparison::Furnace { settings, albedo, block, edges } => {
                 let room = Specimen::new(analytic::furnace(*albedo, 1.0, *block));
                 edges.iter().map(|edge| furnace(context, &room, settings, *albedo, *edge)).collect::<Result<_>>()?
             }
@@ -141,35 +141,35 @@ impl Experiment for Rows {
 
     fn write(&mut self, running: bool) -> Result<()> {
         if running {
-            return Ok(()); // The page names one device, so it is written whole.
+            return Ok(()); // the page names one device, so it is written as a whole
         }
         let page = with_results(&self.page, |at| self.results.get(&at).map(Vec::as_slice));
         file::write(&self.output, page.as_bytes())
     }
 }
 
-type Pixels = Vec<[f32; 3]>;
+type LinearPixels = Vec<[f32; 3]>;
 
-impl Rows {
-    /// How far `printed` changes the image with `right`, and how much brighter it makes it.
+impl LedgerRows {
+    /// How much `printed` changes the image with `right`, and the ratio of their brightness.
     fn change(&mut self, context: &Arc<Context>, right: &[String], printed: &[String]) -> Result<Vec<String>> {
         let before = self.image(context, &[right, printed].concat())?;
         let after = self.image(context, right)?;
-        let sum = |image: &Pixels| image.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
+        let sum = |image: &LinearPixels| image.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
         let pairs = before.iter().flatten().zip(after.iter().flatten());
         let difference: f64 = pairs.map(|(a, b)| f64::from((a - b).abs())).sum();
         let (rel_percent, energy) = (100.0 * difference / sum(&after), sum(&before) / sum(&after));
         Ok(vec![format!("{rel_percent:.2} %"), format!("{energy:.3}")])
     }
 
-    fn image(&mut self, context: &Arc<Context>, assignments: &[String]) -> Result<Pixels> {
+    fn image(&mut self, context: &Arc<Context>, assignments: &[String]) -> Result<LinearPixels> {
         let key = assignments.join(" ");
         if let Some(image) = self.made.get(&key) {
             return Ok(image.clone());
         }
         let (mut settings, mut specimen) = (self.base.clone(), self.specimen.clone());
         for assignment in assignments {
-            // The sky is the scene's, not a setting.
+            // The sky belongs to the scene, and is not a setting.
             match assignment.strip_prefix("sky=") {
                 Some(sky) => {
                     let sky = sky.parse().map_err(|_| Error::Usage(format!("no sky: {sky}")))?;
@@ -206,12 +206,12 @@ fn fill(context: &Arc<Context>, path: &str, assignments: &[String], size: (u32, 
     Ok(format!("{rel:.3}, {energy:.3}"))
 }
 
-/// The mean over a furnace's pixels, the darkest and the brightest one, all over what is right.
+/// The mean over a furnace's pixels, the darkest and the brightest one, all divided by the exact value.
 fn furnace(context: &Arc<Context>, room: &Specimen, fill: &[String], albedo: f32, edge: u32) -> Result<String> {
     let mut settings = Settings { voxels: edge, ..Settings::corrected() };
     fill.iter().try_for_each(|assignment| settings.set(assignment))?;
     let image = render(context, room, &settings, room.options((FURNACE_PIXELS, FURNACE_PIXELS)))?;
-    // Every bounce adds the albedo of what came before.
+    // Every bounce multiplies the previous light by the albedo and adds it.
     let expected: f64 = (0..=2).map(|bounce| f64::from(albedo).powi(bounce)).sum();
     let ratios: Vec<f64> = image.beauty().iter().map(|p| f64::from(p[1]) / expected).collect();
     let (least, most) = ratios.iter().fold((f64::INFINITY, 0.0f64), |(a, b), &v| (a.min(v), b.max(v)));

@@ -1,14 +1,14 @@
-//! Limits of the system at which it would end the program: it ends by itself instead, with a sentence and exit code 2.
+//! Limits of the system at which it would kill the program: the program ends by itself with a sentence and exit code 2.
 
-/// The least stack that the program is run with, bytes; parsing the command line alone takes more than 64 KiB.
+/// The minimum stack of the program in bytes; parsing the command line alone takes more than 64 KiB.
 #[cfg(unix)]
 const STACK: libc::rlim_t = 1 << 20;
 
-/// From now on a file that grows beyond `ulimit -f` is an error of its writer, and no signal; and where addresses are
-/// limited, threads share a heap: each would take 64 MiB of them for its own. Called before threads are started. An
-/// error where the stack is too small.
+/// Makes exceeding `ulimit -f` an error of the writer instead of a signal. If addresses are limited, threads share a
+/// heap, because each would reserve 64 MiB. It must be called before threads start. The error is a stack that is too
+/// small.
 pub fn begin() -> Result<(), &'static str> {
-    // SAFETY: the signal is ignored, so that no code runs in it; the other call takes numbers alone.
+    // SAFETY: the signal is ignored, so that no code runs in it; the other call only takes numbers.
     #[cfg(unix)]
     unsafe {
         libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
@@ -35,29 +35,29 @@ mod memory {
     #[global_allocator]
     static ALLOCATOR: OrEnd = OrEnd;
 
-    /// The system's allocator. Where it has no more, the program ends; Rust would print a backtrace, for which it needs
+    /// The system's allocator. If it has no memory left, the program ends; Rust would print a backtrace, which needs
     /// memory.
     struct OrEnd;
 
-    // SAFETY: all is the system's allocator's.
+    // SAFETY: all calls are passed to the system's allocator.
     unsafe impl GlobalAlloc for OrEnd {
         unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-            // SAFETY: the caller's.
+            // SAFETY: the caller guarantees this.
             or_end(unsafe { System.alloc(layout) })
         }
 
         unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-            // SAFETY: the caller's.
+            // SAFETY: the caller guarantees this.
             or_end(unsafe { System.alloc_zeroed(layout) })
         }
 
         unsafe fn realloc(&self, block: *mut u8, layout: Layout, bytes: usize) -> *mut u8 {
-            // SAFETY: the caller's.
+            // SAFETY: the caller guarantees this.
             or_end(unsafe { System.realloc(block, layout, bytes) })
         }
 
         unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-            // SAFETY: the caller's.
+            // SAFETY: the caller guarantees this.
             unsafe { System.dealloc(block, layout) };
         }
     }

@@ -1,5 +1,4 @@
-//! Progress of long work on standard error: on a terminal one line that is rewritten, otherwise a line every ten
-//! seconds.
+//! Progress of long work on standard error: one rewritten line on a terminal, otherwise a line every ten seconds.
 
 pub mod course;
 
@@ -13,12 +12,12 @@ use twobounce::vk::Step;
 use super::threads;
 use course::{Course, stage};
 
-/// How often the line is written again where there is no terminal, and on one.
+/// The interval of writing the line without a terminal, and on one.
 const EVERY: Duration = Duration::from_secs(10);
 const EVERY_ON_TERMINAL: Duration = Duration::from_millis(200);
-/// Work that takes less shows nothing on a terminal.
+/// Shorter work shows nothing on a terminal.
 const SHORT: Duration = Duration::from_millis(500);
-/// Characters: a longer line would wrap, and could not be rewritten.
+/// The maximum width in characters: a longer line would wrap, and could not be rewritten.
 const WIDTH: usize = 79;
 
 static LINE: Mutex<Line> = Mutex::new(Line { quiet: false, verbose: false, work: None, on_terminal: false });
@@ -28,28 +27,28 @@ struct Line {
     /// Whether the line names passes and bands.
     verbose: bool,
     work: Option<Shown>,
-    /// Whether a terminal shows it now.
+    /// Whether a terminal shows the line now.
     on_terminal: bool,
 }
 
-/// The work under way.
+/// The current work.
 struct Shown {
     began: Instant,
     written: Instant,
     text: String,
-    /// How long the work still takes, as far as that is known, and since when.
+    /// The remaining time as far as it is known, and when it was estimated.
     left: Option<(Instant, Duration)>,
-    pass: Option<Pass>,
-    /// Of a frame of a run.
+    pass: Option<RunningPass>,
+    /// The frame of a run.
     frame: Option<Course>,
 }
 
-struct Pass {
+struct RunningPass {
     name: &'static str,
     share: f64,
 }
 
-/// Work under way; the line goes when this is dropped.
+/// Work in progress; dropping it removes the line.
 pub struct Work(());
 
 impl Work {
@@ -61,10 +60,10 @@ impl Work {
         Self(())
     }
 
-    /// The present step, and how long the rest takes.
+    /// Reports the current step, and the time for the rest.
     pub fn is_at(&self, text: String, left: Option<Duration>) {
         let (mut line, now) = (line(), Instant::now());
-        // Other work in between took the line along when it ended.
+        // Other work in between removed the line when it ended.
         let work = line.work.get_or_insert_with(|| Shown::new(String::new(), now));
         (work.text, work.pass, work.frame) = (text, None, None);
         work.left = left.map(|left| (now, left));
@@ -85,13 +84,12 @@ impl Drop for Work {
     }
 }
 
-/// From now on, progress and what is said go nowhere, or where they went before. Notes and errors are written all the
-/// same.
+/// Turns progress and other output off or on. Notes and errors are always written.
 pub fn be_quiet(quiet: bool) {
     line().quiet = quiet;
 }
 
-/// From now on, progress names passes and bands.
+/// Whether progress names passes and bands from now on.
 pub fn be_verbose(verbose: bool) {
     line().verbose = verbose;
 }
@@ -100,7 +98,7 @@ pub fn is_quiet() -> bool {
     line().quiet
 }
 
-/// Takes the line off the terminal, before something else is written there.
+/// Removes the line from the terminal before other output.
 pub fn clear() {
     let mut line = line();
     if std::mem::take(&mut line.on_terminal) {
@@ -108,7 +106,7 @@ pub fn clear() {
     }
 }
 
-/// Shows how far a frame's passes are.
+/// Shows the progress of a frame's passes.
 pub fn step(step: Step) {
     line().work.iter_mut().for_each(|work| work.step(step, Instant::now()));
 }
@@ -140,21 +138,21 @@ impl Shown {
         if let Some(frame) = &mut self.frame {
             frame.step(step, now);
         }
-        self.pass = Some(Pass { name: step.pass, share: step.share });
+        self.pass = Some(RunningPass { name: step.pass, share: step.share });
     }
 
-    /// The text that is to be written now, if any.
+    /// The text to be written now, if any.
     fn due(&mut self, now: Instant, terminal: bool, verbose: bool) -> Option<String> {
         let due = if terminal { now - self.began >= SHORT } else { now - self.written >= EVERY };
         due.then(|| {
             self.written = now;
-            let text: String = self.words(now, verbose).chars().take(WIDTH).collect();
+            let text: String = self.progress_in_words(now, verbose).chars().take(WIDTH).collect();
             if terminal { format!("\r\x1b[K{text}") } else { format!("twobounce: {text}\n") }
         })
     }
 
-    /// The work at hand, and the time that the whole of it still takes; where this is not known, the time so far.
-    fn words(&self, now: Instant, verbose: bool) -> String {
+    /// The current work, and the remaining time of all of it, or the time so far if that is unknown.
+    fn progress_in_words(&self, now: Instant, verbose: bool) -> String {
         let mut words = self.text.clone();
         match &self.pass {
             Some(pass) if verbose => {
@@ -167,7 +165,7 @@ impl Shown {
         }
         let own = self.left.map(|(since, left)| (left.saturating_sub(now - since), false));
         let left = own.or_else(|| self.frame.as_ref()?.left(now));
-        // A lower bound of nothing says nothing.
+        // A lower bound of 0 is not shown.
         match left.filter(|(left, at_least)| !at_least || *left >= Duration::from_secs(1)) {
             Some((left, at_least)) => {
                 words + &format!(", {} {} left", if at_least { "at least" } else { "about" }, duration(left))
@@ -178,8 +176,8 @@ impl Shown {
     }
 }
 
-/// How long the rest takes if it takes as long as all before, which `spent` went into. The latest alone would say less:
-/// rows alternate between scenes, and one takes ten times as long as another.
+/// The time for the rest at the average rate so far, of which `spent` is the time. The latest rate alone would be
+/// worse: rows alternate between scenes, and one takes ten times as long as another.
 pub fn left(spent: Duration, done: u64, all: u64) -> Option<Duration> {
     (0 < done && done < all).then(|| spent.mul_f64((all - done) as f64 / done as f64))
 }
@@ -203,7 +201,7 @@ mod tests {
         assert_eq!(work.due(at(9), false, false), None, "nothing before ten seconds without a terminal");
         work.step(Step { pass: "shade 1", turn: 0, share: 0.25 }, at(4));
         assert_eq!(work.due(at(5), true, false).as_deref(), Some("\r\x1b[Kduck: light, 5 s so far"));
-        assert_eq!(work.words(at(5), true), "duck: shade 1 25 %, 5 s so far", "passes only with -v");
+        assert_eq!(work.progress_in_words(at(5), true), "duck: shade 1 25 %, 5 s so far", "passes only with -v");
         assert_eq!(work.due(at(5), false, false), None, "the last line is younger than ten seconds");
         work.left = Some((at(4), Duration::from_secs(125)));
         let line = work.due(at(15), false, false);
@@ -211,7 +209,7 @@ mod tests {
         work.step(Step { pass: "image", turn: 0, share: 0.5 }, at(16));
         work.left = None;
         assert_eq!(
-            work.words(at(16), false),
+            work.progress_in_words(at(16), false),
             "duck: image, 16 s so far",
             "without a frame nothing is known of the rest"
         );
@@ -229,15 +227,19 @@ mod tests {
         let mut work = Shown::new("duck, frame 1 of 3".to_owned(), began);
         work.frame = course(0, 2, None);
         work.step(Step { pass: "image", turn: 0, share: 0.5 }, at(1));
-        assert_eq!(work.words(at(1), true), "duck, frame 1 of 3: image 1 of 4, 50 %, about 23 s left");
-        assert_eq!(work.words(at(1), false), "duck, frame 1 of 3: image, about 23 s left");
+        assert_eq!(work.progress_in_words(at(1), true), "duck, frame 1 of 3: image 1 of 4, 50 %, about 23 s left");
+        assert_eq!(work.progress_in_words(at(1), false), "duck, frame 1 of 3: image, about 23 s left");
         work.frame = course(10, 1, Some(Duration::from_secs(10)));
         work.pass = None;
-        assert_eq!(work.words(at(12), false), "duck, frame 1 of 3, about 18 s left", "before the image the mean tells");
+        assert_eq!(
+            work.progress_in_words(at(12), false),
+            "duck, frame 1 of 3, about 18 s left",
+            "before the image the mean tells"
+        );
         work.frame.as_mut().unwrap().open = true;
         work.step(Step { pass: "image", turn: 0, share: 0.5 }, at(13));
         assert_eq!(
-            work.words(at(13), false),
+            work.progress_in_words(at(13), false),
             "duck, frame 1 of 3: image, 13 s so far",
             "passes of unknown number follow"
         );

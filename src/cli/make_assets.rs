@@ -1,4 +1,4 @@
-//! `twobounce make-assets`: the scenes in `assets/`, written again.
+//! `twobounce make-assets`: writes the scenes in `assets/`.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -9,7 +9,7 @@ use crate::say;
 
 #[derive(Args, Debug)]
 pub struct MakeAssetsArgs {
-    /// The folder to write into; made where it is missing
+    /// The folder to write, which is created if it is missing
     #[arg(value_name = "DIR", default_value = "assets")]
     pub dir: PathBuf,
 }

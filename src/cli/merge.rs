@@ -1,4 +1,4 @@
-//! `twobounce merge`: what several machines made, as one.
+//! `twobounce merge`: joins the results of several machines.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -8,7 +8,7 @@ use twobounce::chart::export::Chart;
 use twobounce::chart::outline::Outline;
 use twobounce::chart::row::Row as ChartRow;
 use twobounce::lab::merge::merge;
-use twobounce::lab::store::{Row, Store, Stored};
+use twobounce::lab::store::{ExperimentRow, Store, Stored};
 use twobounce::output::file;
 use twobounce::reference::part::Part;
 use twobounce::stability::row::Row as StabilityRow;
@@ -18,20 +18,20 @@ use twobounce::{Error, Result};
 use super::{outputs, threads};
 use crate::say;
 
-/// Folders of `chart`, `study --rows` and `stability` become one folder with every row and one page; rows that two of
-/// them have must be the same but for their times. Films of `reference --samples` become one film or image.
+/// Folders of `chart`, `study --rows` and `stability` become one folder with every row and one page; rows that occur in
+/// two folders must be equal except for their times. Films of `reference --samples` become one film or image.
 #[derive(Args, Debug)]
 pub struct MergeArgs {
-    /// The folders, or the films, to put together
+    /// The folders, or the films, to join
     #[arg(value_name = "PART", required = true)]
     pub parts: Vec<PathBuf>,
-    /// The folder, the .film or the .exr to write; a folder may have rows already
+    /// The folder, the .film or the .exr to write; a folder may already have rows
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
-    /// Of charts: join the times of several machines in one frontier, and say so; without this each machine has its own
+    /// For charts: join the times of several machines in one frontier, with a note; otherwise each machine has its own
     #[arg(long)]
     pub mix_machines: bool,
-    /// Of charts: show earlier rows of the same settings beside today's
+    /// For charts: also show earlier rows of the same settings
     #[arg(long)]
     pub history: bool,
 }
@@ -49,7 +49,7 @@ pub fn run(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     } else {
         let is_known = |part: &&PathBuf| part.is_file() || charts(part) || stability(part);
         return Err(match args.parts.iter().find(|part| !is_known(part)) {
-            Some(other) if !other.exists() => Error::file(other, "is not there; name folders or films that are"),
+            Some(other) if !other.exists() => Error::file(other, "does not exist; name folders or films that do"),
             Some(other) => Error::file(other, "holds no chart and no rows of stability; name folders that do"),
             None => {
                 Error::Usage("charts, rows of stability and films do not go together; merge each kind by itself".into())
@@ -89,16 +89,16 @@ fn merge_films(args: &MergeArgs) -> Result<()> {
     Ok(())
 }
 
-/// The output as one of the parts, if it has rows already, then the others.
-fn folders<R: Row>(args: &MergeArgs) -> Vec<&Path> {
+/// The output as one of the parts if it already has rows, then the others.
+fn folders<R: ExperimentRow>(args: &MergeArgs) -> Vec<&Path> {
     let own = Some(args.output.as_path()).filter(|output| R::KIND.marks(output));
     let others = args.parts.iter().map(PathBuf::as_path).filter(|part| !file::is_same(part, &args.output));
     own.into_iter().chain(others).collect()
 }
 
-/// Puts rows into one folder, lets `write` make its pages, which has the number of rows that should be there, and says
-/// what came together. `order`: the addresses of all rows.
-fn merge_rows<R: Row>(
+/// Joins rows in one folder, lets `write` make its pages (with the number of planned rows), and prints a summary.
+/// `order` holds the addresses of all rows.
+fn merge_rows<R: ExperimentRow>(
     args: &MergeArgs,
     folders: &[&Path],
     order: &[&str],

@@ -1,8 +1,8 @@
-//! The command line: the commands are listed here, [`args`] has the arguments that they share, [`scene`] opens a scene,
-//! [`outputs`] checks where files go, then one file per subcommand.
+//! The command line: this file lists the commands, [`args`] has common arguments, [`scene`] opens a scene, [`outputs`]
+//! checks output files, and each subcommand has a file.
 //!
-//! Exit codes: 0 done, 1 a threshold was exceeded, 2 the user's or the environment's fault, 128 and the signal's number
-//! interrupted.
+//! Exit codes: 0 for success, 1 for an exceeded limit, 2 for a fault of the user or the environment, 128 plus the
+//! signal's number after an interruption.
 
 mod args;
 mod bench;
@@ -58,7 +58,7 @@ struct Cli {
     command: Command,
 }
 
-/// The commands that the list hides.
+/// The commands that the list does not show.
 const OWN_DOCS: &str = "For this project's own pages and scenes:
   study        Run the default study and write docs/notes/study again
   ledger       Measure what each error in the talk's listings changes, and write docs/notes/ledger.md again
@@ -68,16 +68,16 @@ const OWN_DOCS: &str = "For this project's own pages and scenes:
 enum Command {
     /// Render a scene to an image
     Render(render::RenderArgs),
-    /// Look at a scene in a window
+    /// Show a scene in a window
     #[cfg(feature = "window")]
     View(Box<view::ViewArgs>),
-    /// Play a scene in which everything moves: in a window, to images, or as a benchmark
+    /// Play a sequence in which everything moves: in a window, as images, or as a benchmark
     Demo(Box<demo::DemoArgs>),
     /// Path-trace a reference image on the CPU
     Reference(reference::ReferenceArgs),
     /// Compare an image with its reference
     Compare(compare::CompareArgs),
-    /// Make a .png or .jpg of the radiance in an .exr
+    /// Convert the radiance in an .exr to a .png or .jpg
     Tonemap(tonemap::TonemapArgs),
     /// Search for the cheapest settings within limits on error, time or memory, by measuring
     Plan(Box<plan::PlanArgs>),
@@ -85,9 +85,9 @@ enum Command {
     Chart(chart::ChartArgs),
     /// Measure leaks, flicker, lost light and other failures, each as a number with an ideal
     Stability(stability::StabilityArgs),
-    /// Compare an image of any renderer with the references of the suite, beside the rows of other renderers
+    /// Compare an image of any renderer with the references of the suite, together with rows of other renderers
     Suite(suite::SuiteArgs),
-    /// Join the results of several machines: charts, rows of stability, samples of references
+    /// Join the results of several machines: charts, stability tables, samples of references
     Merge(merge::MergeArgs),
     /// Measure the time of each pass per voxel, pixel and step, and its growth
     Profile(profile::ProfileArgs),
@@ -99,18 +99,18 @@ enum Command {
     Completions(shell::CompletionsArgs),
     /// Print the manual page, or write a page per command
     Man(shell::ManArgs),
-    /// Run the default study and write docs/notes/study again
+    /// Run the default study and write docs/notes/study
     #[command(hide = true)]
     Study(study::StudyArgs),
-    /// Measure what each error in the talk's listings changes, and write docs/notes/ledger.md again
+    /// Measure the effect of each error in a method's source, and fill docs/notes/ledger.md
     #[command(hide = true)]
     Ledger(ledger::LedgerArgs),
-    /// Write the scenes in assets/ again
+    /// Write the scenes in assets/
     #[command(hide = true)]
     MakeAssets(make_assets::MakeAssetsArgs),
 }
 
-/// Parses and runs the command line, reports an error, and says how it ended.
+/// Parses and runs the command line, prints an error, and returns the exit code.
 pub fn main() -> ExitCode {
     if let Err(words) = limits::begin() {
         out::warn(words);
@@ -129,7 +129,7 @@ pub fn main() -> ExitCode {
     })
 }
 
-/// Prints help or the version, or says in one sentence, without the usage, what is wrong with the arguments.
+/// Prints help or the version, or one sentence about wrong arguments, without the usage.
 fn refuse(error: &clap::Error) -> ExitCode {
     let text = error.render().to_string();
     match error.kind() {
@@ -150,7 +150,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// A message on one line, shortened where it holds a long value of a file or an argument.
+/// A message on one line, with long values of a file or an argument shortened.
 fn one_line(text: &str) -> String {
     let words: Vec<_> = text.split_whitespace().map(|word| ends(word, 200)).collect();
     ends(&words.join(" "), 1500)
@@ -166,10 +166,10 @@ fn ends(text: &str, most: usize) -> String {
     format!("{}…{}", part(0..most * 2 / 3), part(characters.len() - most / 4..characters.len()))
 }
 
-/// Runs one subcommand; the exit code of a command that did not fail.
+/// Runs one subcommand; returns the exit code of a command that did not fail.
 fn run(cli: &Cli) -> anyhow::Result<ExitCode> {
     use Command::{Compare, Completions, Info, Man, Settings};
-    // These are run for what they print.
+    // These commands only print.
     if matches!(cli.command, Compare(_) | Completions(_) | Info(_) | Man(_) | Settings(_)) {
         out::check_open()?;
     }

@@ -20,15 +20,15 @@ pub use super::line::{be_quiet, be_verbose};
 /// The first error other than a closed pipe.
 static FAILED: Mutex<Option<std::io::Error>> = Mutex::new(None);
 
-/// Whether a file goes to standard output, so that what is said goes to standard error.
+/// Whether a file goes to standard output, so that messages go to standard error.
 static GIVEN_AWAY: AtomicBool = AtomicBool::new(false);
 
-/// Where one of these files is `-`, nothing but files goes to standard output from now on.
+/// If one of these files is `-`, standard output is reserved for files.
 pub fn leave_to(files: &[Option<&PathBuf>]) {
     GIVEN_AWAY.store(files.iter().flatten().any(|path| file::is_standard(path)), Ordering::Relaxed);
 }
 
-/// An error where standard output could not be written when the program began.
+/// An error if standard output could not be written when the program began.
 pub fn check_open() -> Result<()> {
     if CLOSED.load(Ordering::Relaxed) {
         let words = "standard output is closed; send it to a file or a program, or name a file";
@@ -39,20 +39,20 @@ pub fn check_open() -> Result<()> {
 
 static CLOSED: AtomicBool = AtomicBool::new(false);
 
-/// The loader calls it before `main`: by then Rust has opened `/dev/null` in the place of a closed standard output.
+/// The loader calls it before `main`, because Rust then opens `/dev/null` in place of a closed standard output.
 #[cfg(target_os = "linux")]
 #[used]
 #[unsafe(link_section = ".init_array")]
 static LOOK: extern "C" fn() = {
     extern "C" fn look() {
-        // SAFETY: the call takes numbers alone.
+        // SAFETY: the call only takes numbers.
         let flags = unsafe { libc::fcntl(1, libc::F_GETFL) };
         CLOSED.store(flags == -1 || flags & libc::O_ACCMODE == libc::O_RDONLY, Ordering::Relaxed);
     }
     look
 };
 
-/// A file's name in a sentence.
+/// A file's name for a sentence.
 pub fn name(path: &Path) -> String {
     if file::is_standard(path) { "standard output".into() } else { path.display().to_string() }
 }
@@ -63,7 +63,7 @@ macro_rules! say {
     ($($arg:tt)*) => { $crate::cli::out::write(&format!("{}\n", format_args!($($arg)*))) };
 }
 
-/// Writes text to standard output. A closed pipe is no error: the work continues.
+/// Writes text to standard output. A closed pipe is not an error: the work continues.
 pub fn write(text: &str) {
     if line::is_quiet() {
         return;
@@ -115,7 +115,7 @@ pub fn warn(line: &str) {
     let _ = writeln!(std::io::stderr(), "twobounce: {line}");
 }
 
-/// Reports output that was lost, at the end of the program.
+/// Reports lost output at the end of the program.
 pub fn finish() -> anyhow::Result<()> {
     match FAILED.lock().ok().and_then(|mut failed| failed.take()) {
         Some(error) => Err(anyhow::anyhow!("cannot write to standard output: {error}")),

@@ -1,4 +1,4 @@
-//! Where files go: checked before anything is done.
+//! Checks of output files before any work.
 
 use std::path::{Path, PathBuf};
 
@@ -6,16 +6,16 @@ use twobounce::output::file;
 use twobounce::output::picture::ImageKind;
 use twobounce::{Error, Result};
 
-/// Where the images of a render go.
+/// The image files of a render.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageFiles {
     pub kind: ImageKind,
     path: PathBuf,
-    /// The place of the frame's number in the name: what stands before it, its digits, and what stands after it.
+    /// The frame's number in the name: the text before it, the number of digits, and the text after it.
     number: Option<(String, usize, String)>,
 }
 
-/// Every file to be written, where one is named, can be, is no input, and is written once; `-` is standard output.
+/// Checks for every output file that it can be written, is not an input, and is written once; `-` is standard output.
 pub fn check(inputs: &[Option<&PathBuf>], outputs: &[Option<&PathBuf>]) -> Result<()> {
     for (i, output) in outputs.iter().enumerate().filter_map(|(i, output)| Some((i, (*output)?))) {
         let standard = file::is_standard(output);
@@ -26,7 +26,7 @@ pub fn check(inputs: &[Option<&PathBuf>], outputs: &[Option<&PathBuf>]) -> Resul
         if standard {
             super::out::check_open()?;
         }
-        // A pipe or a device takes several.
+        // A pipe or a device can take several.
         if is_among(&outputs[..i]) && (output.is_file() || !output.exists()) {
             return Err(Error::file(output, "is named as two outputs; name them apart"));
         }
@@ -36,7 +36,7 @@ pub fn check(inputs: &[Option<&PathBuf>], outputs: &[Option<&PathBuf>]) -> Resul
     Ok(())
 }
 
-/// Refuses an input that is an image for a display where linear radiance is needed.
+/// Refuses an input that is an image for a display if linear radiance is needed.
 pub fn refuse_display_image(path: &Path) -> Result<()> {
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_lowercase();
     if ["png", "jpg", "jpeg"].contains(&ending.as_str()) {
@@ -57,7 +57,7 @@ impl ImageFiles {
     /// Reads the extension and, for a sequence, the place of the frame's number.
     pub fn named(path: &Path, sequence: bool) -> Result<Self> {
         let unknown = || Error::file(path, "has an unknown ending; end the output in .png, .jpg or .exr");
-        let kind = ImageKind::of(path).ok_or_else(unknown)?;
+        let kind = ImageKind::of_path(path).ok_or_else(unknown)?;
         let number = path.to_str().and_then(number_in);
         match (&number, sequence) {
             (None, true) => Err(Error::file(path, "has no place for the frame's number; name it like out_%04d.png")),
@@ -77,11 +77,11 @@ impl ImageFiles {
     }
 }
 
-/// Exactly one `%d` or `%04d`.
+/// The text with exactly one `%d` or `%04d`, split.
 fn number_in(text: &str) -> Option<(String, usize, String)> {
     let (before, rest) = text.split_once('%')?;
     let (width, after) = rest.split_once('d')?;
-    // 20 digits hold any count; more would be a slip of the hand.
+    // 20 digits can hold any number; more would be a typing error.
     let digits = if width.is_empty() { 1 } else { width.parse().ok().filter(|n| (1..=20).contains(n))? };
     (!after.contains('%')).then(|| (before.into(), digits, after.into()))
 }

@@ -1,4 +1,4 @@
-//! `twobounce plan`: the cheapest settings that hold limits, found by measuring.
+//! `twobounce plan`: finds the cheapest settings within limits by measuring.
 
 use std::cell::RefCell;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use twobounce::output::file;
 use twobounce::plan::VERSION;
 use twobounce::plan::answer::Answer;
 use twobounce::plan::ask::{self, Question};
-use twobounce::plan::bench::{Bench, Seen, Setup};
+use twobounce::plan::bench::{Bench, PlanView, Setup};
 use twobounce::plan::limits::Limits;
 use twobounce::reference::Options;
 use twobounce::scene::Projection;
@@ -29,9 +29,9 @@ use super::scene::options;
 use super::{interrupt, out, outputs, words};
 use crate::say;
 
-/// Races presets, climbs the ladders of their settings, measures what these promise, times the best in turns and checks
-/// the winner where nothing was searched. What was measured is kept beside the references: asked again, the answer is
-/// there at once; interrupted, the same command goes on. Exits with 1 and the nearest settings where none hold.
+/// Measures presets, single steps of their settings and promising combinations, times the best in turns, and checks the
+/// winner at other views. Measurements are kept with the references: a repeated command answers at once, and an
+/// interrupted one continues. If no settings hold the limits, prints the nearest ones and exits with 1.
 #[derive(Args, Debug)]
 #[command(mut_arg("time", |arg| arg.long("first-time").hide(true)))]
 #[command(mut_arg("camera", |arg| arg.value_name("NAME|INDEX,…").help("The file's cameras to look through, separated by commas; by default its first, or one that frames the scene")))]
@@ -48,43 +48,42 @@ pub struct PlanArgs {
     )]
     #[arg(value_parser = number(|n| n >= 0.0, "write seconds, finite and at least 0"))]
     pub times: Vec<f64>,
-    /// Allow an error of so much: mean |image − reference| over the reference's mean, against all light (0.1 is a
-    /// tenth)
+    /// The maximum error: mean |image − reference| over the reference's mean, against all light (0.1 is a tenth)
     #[arg(long, value_name = "X", value_parser = number(|x| x > 0.0, "write an error above 0, such as 0.1"))]
     pub max_error: Option<f64>,
-    /// Allow a frame from scratch so many milliseconds of device time
+    /// The maximum device time of a frame from scratch in milliseconds
     #[arg(long, value_name = "MS", value_parser = number(|x| x > 0.0, "write milliseconds above 0"))]
     pub max_ms: Option<f64>,
-    /// Allow so many MiB of device memory
+    /// The maximum device memory in MiB
     #[arg(long, value_name = "MIB", value_parser = number(|x| x > 0.0 && x < 1e12, "write MiB above 0"))]
     pub max_mib: Option<f64>,
-    /// The light whose error counts: of the whole image, the indirect light alone, or that on diffuse surfaces
+    /// The light whose error counts: the whole image, the indirect light, or that on diffuse surfaces
     #[arg(long, value_name = "PART", default_value = "whole", value_parser = part())]
     pub error_of: Part,
-    /// How long the search may take, references and checks included: 90s, 5min, 1h. It ends before where nothing
-    /// promises more
+    /// The time for the search including references and checks: 90s, 5min, 1h. It ends earlier if no further
+    /// measurement is promising
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = budget)]
     pub budget: Duration,
-    /// Try these methods alone, separated by commas [default: all]
+    /// Only try these methods, separated by commas [default: all]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     #[arg(value_parser = PossibleValuesParser::new(Method::ALL.iter().map(|method| method.name())))]
     pub methods: Vec<String>,
-    /// Leave this key as it is said here, in all settings; may be given several times
+    /// Fix this setting; may be given several times
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
-    /// Write the settings as a file for --config; - is standard output
+    /// Write the settings to a file for --config; - is standard output
     #[arg(short, long, value_name = "FILE.toml")]
     pub output: Option<PathBuf>,
     /// Write the answer as JSON; - is standard output
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Measure again what earlier calls measured
+    /// Repeat the measurements of earlier calls
     #[arg(long)]
     pub anew: bool,
-    /// Use no more device memory than this while measuring
+    /// The maximum device memory while measuring
     #[arg(long, value_name = "SIZE", value_parser = memory_size)]
     pub memory_limit: Option<u64>,
-    /// Print nothing but notes and errors
+    /// Print only notes and errors
     #[arg(short, long)]
     pub quiet: bool,
     #[command(flatten)]
@@ -99,7 +98,7 @@ fn part() -> impl TypedValueParser<Value = Part> {
     })
 }
 
-/// Answers, from what is kept or by measuring. `typed`: the words after `twobounce plan`.
+/// Answers from stored measurements or by measuring. `typed` holds the words after `twobounce plan`.
 pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     out::be_quiet(args.quiet);
     let limits = args.limits()?;
@@ -115,9 +114,9 @@ pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     let cache = cache();
     let about = format!("{VERSION} {} {}", device_words(&context), args.device.validation);
     let store = Results::new(cache.folder().map(|folder| folder.join("plan")), &about, args.anew)?;
-    // Tracing has a line of its own.
+    // The path tracer shows its own progress.
     let work: RefCell<Option<Work>> = RefCell::default();
-    let trace = |seen: &Seen, options: &Options| {
+    let trace = |seen: &PlanView, options: &Options| {
         work.take();
         let film = traced(&cache, seen.still(&opened.scene), options)?.0;
         work.replace(Some(Work::begin("plan")));
@@ -187,10 +186,10 @@ impl PlanArgs {
     }
 
     /// Every camera at every time.
-    fn views(&self, opened: &Staged, cameras: Option<&str>) -> Result<Vec<Seen>> {
+    fn views(&self, opened: &Staged, cameras: Option<&str>) -> Result<Vec<PlanView>> {
         let cameras: Vec<Option<&str>> = match cameras {
             None => vec![None],
-            // A name may have a comma in it.
+            // A name may contain a comma.
             Some(name) if opened.scene.camera_named(name).is_ok() => vec![Some(name)],
             Some(names) => names.split(',').map(|name| Some(name.trim())).collect(),
         };
@@ -198,22 +197,21 @@ impl PlanArgs {
         moments.map(|(camera, time)| self.view(opened, camera, time)).collect()
     }
 
-    fn view(&self, opened: &Staged, camera: Option<&str>, time: f64) -> Result<Seen> {
+    fn view(&self, opened: &Staged, camera: Option<&str>, time: f64) -> Result<PlanView> {
         let args = SceneArgs { camera: camera.map(str::to_owned), time, ..self.scene.clone() };
         let (pose, view, _) = opened.seen(&args.stage())?;
         let camera = camera.map(|name| format!("--camera={name}"));
         let moment = (time != 0.0).then(|| format!("--time={time}"));
         let flags: Vec<String> = camera.into_iter().chain(moment).collect();
         let words = if flags.is_empty() { "the view".to_owned() } else { flags.join(" ") };
-        Ok(Seen { words, flags, pose, view })
+        Ok(PlanView { words, flags, pose, view })
     }
 
-    /// Two views that were not asked for: another camera of the file and another moment, or the first view turned
-    /// aside.
-    fn held_out(&self, opened: &Staged, asked: &[Seen]) -> Result<Vec<Seen>> {
+    /// Two further views: another camera of the file and another time, or the first view rotated.
+    fn held_out(&self, opened: &Staged, asked: &[PlanView]) -> Result<Vec<PlanView>> {
         let first = &asked[0];
         let mut views = Vec::new();
-        let seen = |seen: &Seen| format!("{:?}", (seen.view.eye, seen.view.forward));
+        let seen = |seen: &PlanView| format!("{:?}", (seen.view.eye, seen.view.forward));
         let known: Vec<String> = asked.iter().map(seen).collect();
         for index in (0..opened.scene.cameras.len()).filter(|_| self.scene.eye.is_none()) {
             let other = self.view(opened, Some(&index.to_string()), self.times[0])?;
@@ -225,7 +223,7 @@ impl PlanArgs {
             let last = self.times.iter().copied().fold(0.0, f64::max);
             let time = if last > 0.0 { 0.5 * (self.times[0] + last) } else { 0.5 * opened.duration_s() };
             if !self.times.contains(&time) {
-                views.push(Seen {
+                views.push(PlanView {
                     view: first.view,
                     words: format!("--time={time}"),
                     ..self.view(opened, None, time)?
@@ -243,12 +241,12 @@ impl PlanArgs {
         Ok(views)
     }
 
-    /// The `twobounce render` command of a view, for a shell.
+    /// The `twobounce render` command of a view for a shell.
     fn command(&self, typed: &[String], flags: &[String], answer: &Answer) -> String {
         let own = Self::augment_args(Command::new(""));
         let of_both = RunArgs::augment_args(SceneArgs::augment_args(Command::new("")));
         let mut command = ["twobounce", "render", &self.scene.path.display().to_string()].map(str::to_owned).to_vec();
-        // Other flags are of the search, or the answer's own.
+        // Other flags belong to the search, or are part of the answer.
         command.extend(words::kept(typed, &own, &of_both, &["--camera", "--time", "--size"]));
         command.push(format!("--size={}x{}", answer.width, answer.height));
         command.extend(flags.iter().cloned());

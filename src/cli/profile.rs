@@ -1,4 +1,4 @@
-//! `twobounce profile`: what a frame costs per pass and per voxel, pixel and cone step, and how that grows.
+//! `twobounce profile`: the cost of a frame per pass and per voxel, pixel and cone step, and its growth.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -10,8 +10,8 @@ use twobounce::measure::refuse_invalid;
 use twobounce::output::file;
 use twobounce::profile::copy::{self, CopyRates};
 use twobounce::profile::costs::{self, PassCost, Work};
-use twobounce::profile::growth::{self, Along, Found, Growth};
-use twobounce::profile::{Subject, executables, plot};
+use twobounce::profile::growth::{self, Along, Growth, RunResult};
+use twobounce::profile::{RepeatedFrame, executables, plot};
 use twobounce::vk::{Context, Executable};
 use twobounce::{Error, Result};
 
@@ -23,9 +23,9 @@ use super::scene::{fitted, run_options};
 use super::{interrupt, out, outputs};
 use crate::say;
 
-/// Version of the JSON form; it grows when a key changes its name, its unit or its meaning.
+/// The version of the JSON form. It increases when a key changes its name, its unit or its meaning.
 const VERSION: u32 = 1;
-/// At most so many frames for one run along an axis of growth: there are many runs, and a line through them.
+/// The maximum number of frames in a run along an axis of growth, because there are many runs and a fit through them.
 const GROWTH_FRAMES: u32 = 3;
 
 #[derive(Args, Debug)]
@@ -34,14 +34,14 @@ pub struct ProfileArgs {
     pub scene: SceneArgs,
     #[command(flatten)]
     pub settings: SettingsArgs,
-    /// Frames that times are taken over, after one to warm up
+    /// The number of timed frames, after one warm-up frame
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: u32,
-    /// Also measure how each pass grows with the grid's edge (16 to 128), the triangles (×1 ×4 ×16) and the pixels:
-    /// minutes on a CPU device
+    /// Also measure how each pass grows with the grid's edge (16 to 128), the triangles (×1 ×4 ×16) and the pixels,
+    /// which takes minutes on a CPU device
     #[arg(long)]
     pub growth: bool,
-    /// Draw the growth
+    /// Plot the growth as an SVG
     #[arg(long, value_name = "FILE.svg", requires = "growth")]
     pub plot: Option<PathBuf>,
     /// Write everything as JSON
@@ -55,16 +55,16 @@ pub struct ProfileArgs {
 #[derive(Serialize)]
 struct ProfileReport {
     version: u32,
-    /// As `render --json` writes it.
+    /// The report of `render --json`.
     render: RenderReport,
     copy: CopyRates,
     costs: Vec<PassCost>,
-    /// Null where the driver tells nothing of its programs.
+    /// Programs of the driver; null if it does not describe them.
     executables: Option<Vec<Executable>>,
     growth: Vec<Growth>,
 }
 
-/// Profiles what the arguments ask for.
+/// Profiles as the arguments request.
 pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     args.scene.check()?;
@@ -75,7 +75,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
     let settings = fitted(&opened, settings);
     let (scene, size, (pose, view)) = (&opened.scene, opened.size, &opened.still);
     let mut render = RenderReport::new(&opened, &settings, &context);
-    let subject = Subject {
+    let subject = RepeatedFrame {
         scene,
         pose,
         view,
@@ -124,11 +124,11 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<ExitCode> {
 
 /// Runs along the axes of growth.
 struct Growing<'a> {
-    subject: Subject<'a>,
+    subject: RepeatedFrame<'a>,
     frames: u32,
     runs: Vec<Along>,
-    /// In the order of the runs.
-    found: Vec<Found>,
+    /// Results in the order of the runs.
+    found: Vec<RunResult>,
 }
 
 impl Experiment for Growing<'_> {

@@ -1,4 +1,4 @@
-//! How far frames and rows are, and the watch that ends work after Ctrl-C.
+//! Progress of frames and rows, and the function that ends work after Ctrl-C.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -11,7 +11,7 @@ use crate::say;
 use course::Course;
 use twobounce::stage::duration;
 
-/// Shows how far a frame's passes are, and ends it after Ctrl-C.
+/// Shows the progress of a frame's passes, and ends it after Ctrl-C.
 pub fn watch() -> Watch {
     Arc::new(|step| {
         line::step(step);
@@ -25,19 +25,19 @@ pub struct FrameProgress {
     began: Instant,
     done: u32,
     all: u32,
-    /// Whether passes whose number is not known yet refine the image.
+    /// Whether an unknown number of passes refines the image.
     pub refined: bool,
-    /// When a time limit ends the work, if it has one.
+    /// The time at which a time limit ends the work, if there is one.
     pub until: Option<Instant>,
 }
 
 impl FrameProgress {
-    /// `work`: under way already, while passes are made.
+    /// `work` is in progress until frames begin.
     pub fn new(work: Work, all: u32) -> Self {
         Self { work, began: Instant::now(), done: 0, all, refined: false, until: None }
     }
 
-    /// `name`: of the scene whose frame is being made. `bands`: see [`twobounce::renderer::Renderer::bands`].
+    /// Begins a frame of the scene `name`. `bands`: see [`twobounce::renderer::Renderer::bands`].
     pub fn begin(&self, name: &str, bands: (u32, u32)) {
         let (done, all) = (self.done, self.all);
         let text = if all > 1 { format!("{name}, frame {} of {all}", done + 1) } else { name.to_owned() };
@@ -48,7 +48,7 @@ impl FrameProgress {
         self.work.frame(course);
     }
 
-    /// The image has so many passes, and needs about as many as `needs` says.
+    /// Reports that the image has `has` passes, and needs about as many as `needs` says.
     pub fn adds_a_pass(&self, name: &str, bands: u32, has: u32, needs: Option<u32>) {
         let of = needs.map_or(String::new(), |needs| format!(" of about {}", needs.max(has + 1)));
         self.work.is_at(format!("{name}, pass {}{of}", has + 1), None);
@@ -64,7 +64,7 @@ impl FrameProgress {
     }
 }
 
-/// The rows of a chart that are still to be made, with a line on standard output for each that is finished.
+/// The missing rows of a chart, with a line on standard output for each finished row.
 pub struct RowProgress {
     work: Work,
     began: Instant,
@@ -73,7 +73,7 @@ pub struct RowProgress {
 }
 
 impl RowProgress {
-    /// `missing` rows of `all` are to be made.
+    /// `missing` rows of `all` remain.
     pub fn new(missing: usize, all: usize) -> Self {
         if missing < all {
             say!("rows kept from earlier calls: {} of {all}", all - missing);
@@ -81,13 +81,13 @@ impl RowProgress {
         Self { work: Work::begin("rows"), began: Instant::now(), done: 0, all: missing as u64 }
     }
 
-    /// `name`: of the row that is being made.
+    /// Begins the row `name`.
     pub fn begin(&self, name: &str) {
         let text = format!("{} of {} rows: {name}", self.done, self.all);
         self.work.is_at(text, left(self.began.elapsed(), self.done, self.all));
     }
 
-    /// `result`: the finished row in a line, if it is told.
+    /// Ends a row; `result` is a line for it, if it is printed.
     pub fn finish(&mut self, result: Option<&str>) {
         self.done += 1;
         let Some(result) = result else { return };

@@ -1,4 +1,4 @@
-//! `twobounce reference`: a path-traced image to measure others against.
+//! `twobounce reference`: a path-traced reference image.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -30,41 +30,41 @@ pub struct ReferenceArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// The image to write: linear radiance in an .exr, or a .png or .jpg for a display; - is an .exr on standard
-    /// output. With --samples a .film, for `twobounce merge`
+    /// output. With --samples a .film for `twobounce merge`
     #[arg(short, long, value_name = "REF.exr|REF.png|PART.film")]
     pub output: PathBuf,
     /// Samples per pixel
     #[arg(long, value_name = "N", conflicts_with = "noise", value_parser = clap::value_parser!(u32).range(2..=1 << 24))]
     pub spp: Option<u32>,
-    /// Sample until the root mean square of the pixels' relative error is below this
+    /// Add samples until the root mean square of the pixels' relative error is below this percentage
     #[arg(long, value_name = "PERCENT", default_value = "1", value_parser = percent, allow_negative_numbers = true)]
     pub noise: f64,
-    /// Trace the samples with these numbers alone, from 0 on: a part for `twobounce merge`
+    /// Only trace the samples with these numbers, from 0 on: a part for `twobounce merge`
     #[arg(long, value_name = "A-B", conflicts_with_all = ["spp", "noise"], value_parser = samples)]
     pub samples: Option<Range<u32>>,
-    /// Print the N commands that share the samples of --samples, a line each, and do nothing
+    /// Print the N commands that share the samples of --samples, one per line, and trace nothing
     #[arg(long, value_name = "N", requires = "samples", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub list: Option<u32>,
-    /// Number of indirect bounces, as those of render by default; direct, or full for all light
+    /// Number of indirect bounces, by default those of render; direct, or full for all light
     #[arg(long, value_name = "N|direct|full", default_value = "2", value_parser = depth, allow_hyphen_values = true)]
     pub depth: Depth,
-    /// Other seeds give other noise
+    /// The seed of the random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
-    /// Further layers, separated by commas
+    /// Further layers of an .exr, separated by commas
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',', value_parser = aov())]
     pub aov: Vec<Aov>,
-    /// Make pixels transparent that no surface covers; the sky lights all the same
+    /// Make pixels without a surface transparent; the sky still lights the scene
     #[arg(long)]
     pub transparent: bool,
     #[command(flatten)]
     pub display: DisplayArgs,
-    /// Print nothing but notes and errors
+    /// Print only notes and errors
     #[arg(short, long)]
     pub quiet: bool,
 }
 
-/// The numbers of the first and the last sample, as a range.
+/// Parses the numbers of the first and the last sample as a range.
 fn samples(text: &str) -> std::result::Result<Range<u32>, &'static str> {
     let read = || {
         let (first, last) = text.split_once('-')?;
@@ -82,7 +82,7 @@ fn depth(text: &str) -> std::result::Result<Depth, String> {
     }
 }
 
-/// Renders the image, or takes it from the cache, and writes it; or some of its samples, as sums.
+/// Renders the image, or takes it from the cache, and writes it; or writes the sums of a part of its samples.
 pub fn run(args: &ReferenceArgs) -> anyhow::Result<ExitCode> {
     out::be_quiet(args.quiet);
     args.scene.check()?;
@@ -129,7 +129,7 @@ fn shown(args: &ReferenceArgs) -> Result<bool> {
         args.display.check(ImageKind::Exr, false)?;
         return if is_film { Ok(false) } else { Err(Error::file(path, text)) };
     }
-    let kind = match ImageKind::of(path) {
+    let kind = match ImageKind::of_path(path) {
         _ if file::is_standard(path) => ImageKind::Exr,
         Some(kind) => kind,
         None => return Err(Error::file(path, "has an unknown ending; end the output in .exr, .png or .jpg")),
@@ -141,8 +141,8 @@ fn shown(args: &ReferenceArgs) -> Result<bool> {
     Ok(kind != ImageKind::Exr)
 }
 
-/// The film of what the arguments name, and what was done for it.
-fn trace(args: &ReferenceArgs) -> anyhow::Result<(Part, Traced)> {
+/// The film for the arguments, and the work that was done.
+fn trace(args: &ReferenceArgs) -> anyhow::Result<(Part, TracedWork)> {
     let stop = match &args.samples {
         Some(samples) => Stop::Range { first: samples.start, end: samples.end },
         None => args.spp.map_or(Stop::Noise(args.noise), Stop::Samples),
@@ -168,7 +168,7 @@ fn trace(args: &ReferenceArgs) -> anyhow::Result<(Part, Traced)> {
     Ok((Part { key: cache::key(of, &options), about: About { header, layers }, film }, traced))
 }
 
-/// The user's cache, with a note where nothing can be kept in it.
+/// The user's cache, with a note if it cannot store anything.
 pub fn cache() -> Cache {
     let cache = Cache::of_user();
     if let Some(problem) = cache.problem() {
@@ -177,13 +177,13 @@ pub fn cache() -> Cache {
     cache
 }
 
-/// Work that was done in this call.
-pub struct Traced {
+/// Work of this call.
+pub struct TracedWork {
     pub paths: u64,
     pub seconds: f64,
 }
 
-impl Traced {
+impl TracedWork {
     fn say(&self) {
         if self.paths == 0 {
             say!("taken from the cache");
@@ -197,11 +197,11 @@ impl Traced {
     }
 }
 
-/// The film of a scene as a camera sees it, traced as far as the cache lacks it, with a line about how far it is.
-pub fn traced(cache: &Cache, of: Still, options: &Options) -> Result<(Film, Traced)> {
+/// The film of a scene and view. Samples that the cache lacks are traced, with a line of progress.
+pub fn traced(cache: &Cache, of: Still, options: &Options) -> Result<(Film, TracedWork)> {
     let name = &of.scene.name;
     let work = Work::begin(&format!("{name}: reference"));
-    // When the first path began, and the latest count of paths since.
+    // The time of the first path, and the number of paths since then.
     let seen: Mutex<Option<(Instant, u64)>> = Mutex::new(None);
     let show = |progress: Progress| {
         if let Ok(mut seen) = seen.lock() {
@@ -218,5 +218,5 @@ pub fn traced(cache: &Cache, of: Still, options: &Options) -> Result<(Film, Trac
     drop(work);
     let seen = seen.lock().ok().and_then(|seen| *seen);
     let (seconds, paths) = seen.map_or((0.0, 0), |(start, paths)| (start.elapsed().as_secs_f64(), paths));
-    Ok((film?, Traced { paths, seconds }))
+    Ok((film?, TracedWork { paths, seconds }))
 }

@@ -1,4 +1,4 @@
-//! The flags of a still image that is refined until it is good.
+//! Flags for the refinement of a still image.
 
 use std::time::Duration;
 
@@ -11,12 +11,12 @@ use super::args::{SettingsArgs, budget, percent};
 
 #[derive(Args, Clone, Debug, Default)]
 pub struct RefineArgs {
-    /// Add passes over the image until the root mean square of its pixels' relative error is at most this, by its own
-    /// estimate, or take those of image.passes alone [default: 2 for a still image without --timings, --json, --trace
+    /// Add passes over the image until the estimated root mean square of its pixels' relative error is at most this
+    /// percentage; off: only take image.passes passes [default: 2 for a still image without --timings, --json, --trace
     /// and image.passes, else off]
     #[arg(long, value_name = "PERCENT|off", value_parser = noise, allow_negative_numbers = true)]
     pub noise: Option<Noise>,
-    /// Add no more passes once the command has taken this long, such as 90s or 5min
+    /// Add no more passes after this time, such as 90s or 5min
     #[arg(long, value_name = "TIME", value_parser = budget, allow_negative_numbers = true)]
     pub time_limit: Option<Duration>,
 }
@@ -35,10 +35,10 @@ fn noise(text: &str) -> std::result::Result<Noise, &'static str> {
 }
 
 impl SettingsArgs {
-    /// Whether flags or a file choose at which pixels light is gathered.
+    /// Whether flags or a file set the resolution of gathering.
     ///
     /// # Errors
-    /// An unknown preset.
+    /// The preset is unknown.
     pub fn choose_resolution(&self, settings: &Settings) -> Result<bool> {
         let preset = Settings::preset(&self.preset)?.image.gather_resolution;
         let set = self.sets.iter().any(|set| set.starts_with("image.gather_resolution"));

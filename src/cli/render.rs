@@ -47,29 +47,29 @@ pub struct RenderArgs {
     /// Further layers of an .exr, separated by commas
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',', value_parser = aov())]
     pub aov: Vec<Aov>,
-    /// Make pixels transparent that no surface covers; the sky lights all the same
+    /// Make pixels without a surface transparent; the sky still lights the scene
     #[arg(long)]
     pub transparent: bool,
     #[command(flatten)]
     pub display: DisplayArgs,
-    /// Warm up, then render the same image N times from scratch, time each, and write the last
+    /// After a warm-up, render the same image N times from scratch, time each, and write the last one
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..))]
     pub repeat: u32,
-    /// With --repeat, reuse what did not change since the last frame, as an animation does
+    /// With --repeat, reuse unchanged work of the last frame, as an animation does
     #[arg(long)]
     pub still: bool,
-    /// Render N frames of the animation, or those with these numbers, from 0 on, every STEP-th; the output is a pattern
-    /// such as out_%04d.png
+    /// Render N frames of the animation, or the frames with these numbers, from 0 on, every STEP-th; the output is a
+    /// pattern such as out_%04d.png
     #[arg(long, value_name = "N|A-B[:STEP]", value_parser = frames)]
     pub frames: Option<Frames>,
-    /// Print the N commands that share the frames, a line each, and do nothing
+    /// Print the N commands that share the frames, one per line, and render nothing
     #[arg(long, value_name = "N", requires = "frames", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub list: Option<u32>,
     /// Frames per second for --frames
     #[arg(long, value_name = "F", requires = "frames", default_value_t = 30.0, allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n > 0.0, "write frames per second, finite and above 0"))]
     pub fps: f64,
-    /// How fast --frames plays the animation; backward below 0
+    /// The speed of the animation with --frames; negative values play it backward
     #[arg(long, value_name = "FACTOR", requires = "frames", default_value_t = 1.0, allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n != 0.0, "write a factor, finite and not 0"))]
     pub speed: f64,
@@ -78,23 +78,23 @@ pub struct RenderArgs {
     /// Print the time of each pass, the memory and the counters
     #[arg(long)]
     pub timings: bool,
-    /// Print the memory and the counters, and name the pass that runs
+    /// Print the memory and the counters, and name passes in the progress
     #[arg(short, long)]
     pub verbose: bool,
-    /// Print nothing but notes and errors
+    /// Print only notes and errors
     #[arg(short, long, conflicts_with_all = ["verbose", "timings"])]
     pub quiet: bool,
     /// Write timings, counters and memory as JSON; - is standard output
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Write a Chrome trace (Perfetto opens it)
+    /// Write a Chrome trace, for Perfetto
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
     #[command(flatten)]
     pub run: RunArgs,
 }
 
-/// Renders what the arguments ask for.
+/// Renders as the arguments request.
 pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let began = Instant::now();
     out::be_quiet(args.quiet);
@@ -143,7 +143,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         say!("  {:<24} {:>10.2} MiB", "the device's budget", mib(budget_bytes));
     }
     (0..warm_up).try_for_each(|_| session.frame(0.0))?;
-    // Frames that warm up are not refined.
+    // Warm-up frames are not refined.
     session.refinement = Refinement::new(&refine, still, &session.settings, began)
         .map(|refinement| refinement.of_file(args.scene.path.display().to_string()));
     session.frames.refined = session.refinement.is_some();
@@ -167,7 +167,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Where the images go; checks the flags that depend on the kind of image.
+/// The image files; checks flags that depend on the kind of image.
 fn image_files(args: &RenderArgs) -> Result<ImageFiles> {
     let standard = file::is_standard(&args.output) && args.frames.is_none();
     let files = if standard {
@@ -182,7 +182,7 @@ fn image_files(args: &RenderArgs) -> Result<ImageFiles> {
     Ok(files)
 }
 
-/// Refuses some frames of a sequence where each depends on those before it, so that it would have other bits.
+/// Refuses a part of a sequence whose frames depend on earlier ones, because its bits would differ.
 fn refuse_dependent_frames(args: &RenderArgs, settings: &Settings) -> Result<()> {
     let is_part = args.list.is_some() || args.frames.is_some_and(|frames| frames.first > 0 || frames.step > 1);
     if is_part && settings.bounces == Bounces::All {
@@ -195,7 +195,7 @@ fn refuse_dependent_frames(args: &RenderArgs, settings: &Settings) -> Result<()>
     Ok(())
 }
 
-/// Prints the commands that share the frames: frames that follow each other, because they reuse what does not move.
+/// Prints the commands that share the frames. Each has successive frames, which reuse unchanged work.
 fn list(frames: Frames, count: u32) -> anyhow::Result<ExitCode> {
     let numbers: Vec<u32> = frames.numbers().collect();
     let part = |part: std::ops::Range<u32>| {
@@ -216,7 +216,7 @@ struct Session<'a> {
     settings: Settings,
     shot: Shot,
     header: Metadata,
-    /// Its exposure is the one asked for, or the one that the first image of a sequence chooses for all of them.
+    /// The report. Its exposure is the requested one, or the one that the first image chooses for all.
     report: RenderReport,
     timings: Timings,
     frames: FrameProgress,
@@ -227,7 +227,7 @@ impl Session<'_> {
     fn frame(&mut self, later_s: f64) -> Result<()> {
         interrupt::check()?;
         self.frames.begin(&self.renderer.scene().name, self.renderer.bands());
-        // An animation reuses what did not change; else each frame is made from scratch, to be timed.
+        // An animation reuses unchanged work; otherwise each frame is rendered from scratch to be timed.
         if !self.args.still && self.args.frames.is_none() {
             self.renderer.make_anew();
         }
@@ -238,7 +238,7 @@ impl Session<'_> {
         interrupt::check()
     }
 
-    /// Renders the image; where it is refined, until it is good, and says how good it is.
+    /// Renders the image and refines it if requested, and prints its noise.
     fn made(&mut self, pose: &Pose, view: &View) -> Result<FrameReport> {
         let Some(refinement) = &mut self.refinement else { return self.renderer.render(pose, view) };
         let frames = &self.frames;
@@ -261,7 +261,7 @@ impl Session<'_> {
         Ok(report)
     }
 
-    /// The exposure of every frame is the one that frame 0 chooses, also for those who render others.
+    /// Frame 0 chooses the exposure of every frame, also if only others are rendered.
     fn choose_exposure(&mut self, frames: Frames) -> Result<()> {
         if frames.first == 0 || self.files.kind == ImageKind::Exr || self.report.exposure_ev.is_some() {
             return Ok(());
@@ -273,7 +273,7 @@ impl Session<'_> {
         interrupt::check()
     }
 
-    /// How images are shown: with the exposure asked for, or with the one that the first image chooses for all of them.
+    /// The display of images: with the requested exposure, or with the one that the first image chooses for all.
     fn display(&mut self, image: &Layers) -> Display {
         let args = &self.args.display;
         let ev = self.report.exposure_ev.get_or_insert_with(|| args.display(image).exposure_ev);
@@ -285,7 +285,7 @@ impl Session<'_> {
         refuse_invalid(self.context)?;
         let path = self.files.path(frame);
         let mut image = self.renderer.read();
-        // They are a fault of the program, and hard to see.
+        // Non-finite values are a fault of the program, and hard to see.
         let broken = image.beauty().iter().filter(|p| !p.iter().all(|c| c.is_finite())).count();
         if broken > 0 {
             out::warn(&format!("warning: {broken} pixels are not finite"));
@@ -312,7 +312,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// The counters, and the table, the JSON and the trace as far as they were asked for.
+    /// Writes the counters, the table, the JSON and the trace as requested.
     fn finish(mut self) -> Result<()> {
         if self.args.timings || self.args.verbose {
             out::write(&report::counters_text(&self.timings));

@@ -1,4 +1,4 @@
-//! The file that `render --json` writes. `docs/json.md` documents the keys.
+//! The file of `render --json`. `docs/json.md` documents the keys.
 
 use std::collections::BTreeMap;
 
@@ -13,10 +13,10 @@ use twobounce::vk::Context;
 
 use crate::say;
 
-/// The version of the form. It must grow when a key changes its name, unit or meaning.
+/// The version of the form. It increases when a key changes its name, unit or meaning.
 const VERSION: u32 = 1;
 
-/// The file that `render --json` writes. Times in milliseconds, sizes in bytes, image sizes in pixels.
+/// The file of `render --json`. Times are in milliseconds, sizes in bytes, and image sizes in pixels.
 #[derive(Default, Serialize)]
 pub struct RenderReport {
     /// [`VERSION`]
@@ -28,21 +28,21 @@ pub struct RenderReport {
     api_version: String,
     width: u32,
     height: u32,
-    /// Measured frames.
+    /// The number of measured frames.
     frames: usize,
-    /// Frames before the measured ones.
+    /// The number of frames before the measured ones.
     warm_up_frames: usize,
     frame_gpu_ms: Spread,
     frame_wall_ms: Spread,
     passes_gpu_ms: Spread,
     passes: Vec<PassTiming>,
     counters: BTreeMap<&'static str, u32>,
-    /// Of the image, relative; null with a single pass over it.
+    /// Relative noise of the image; null with a single pass.
     noise: Option<f64>,
     memory: Value,
     scene: Value,
     method: &'static str,
-    /// As many passes over the image as were made included.
+    /// The settings, with `image.passes` as the number of passes that were made.
     pub settings: Settings,
     /// Tone curve of a .png or .jpg; null for an .exr.
     pub tonemap: Option<ToneMap>,
@@ -75,7 +75,7 @@ impl RenderReport {
         }
     }
 
-    /// Adds what the frames showed.
+    /// Adds the results of frames.
     pub fn add(&mut self, Run { timings, plan, allocated_bytes }: &Run) {
         self.frames = timings.frames().len();
         self.warm_up_frames = timings.warm_up();
@@ -92,7 +92,7 @@ impl RenderReport {
     }
 }
 
-/// The last frame's counters by name, and how often frames were repeated in all.
+/// The last frame's counters by name, and how often frames were repeated in total.
 pub fn counters(timings: &Timings) -> BTreeMap<&'static str, u32> {
     let Some(last) = timings.all().last() else { return BTreeMap::new() };
     BTreeMap::from([
@@ -104,7 +104,7 @@ pub fn counters(timings: &Timings) -> BTreeMap<&'static str, u32> {
     ])
 }
 
-/// Says once what a first run does and later ones need not.
+/// Prints once that a first run compiles shaders and later ones do not.
 pub fn say_compiled(context: &Context) {
     if let Some(pipelines) = context.compiled_anew() {
         say!("compiled {pipelines} pipelines, once: later runs find them in the cache");
@@ -137,7 +137,7 @@ pub mod tests {
     use twobounce::renderer::FrameReport;
     use twobounce::vk::{ZoneKind, ZoneTiming, ZoneTimings};
 
-    /// Every path to a value, `[]` for an element of a list.
+    /// Every path to a value, with `[]` for an element of a list.
     fn paths(json: &Value, path: &str, found: &mut BTreeSet<String>) {
         match json {
             Value::Object(map) => map.iter().for_each(|(key, value)| {
@@ -150,8 +150,8 @@ pub mod tests {
         }
     }
 
-    /// Holds the keys of a file against the part of `docs/json.md` about it: a key that is renamed, added or dropped
-    /// must be so there too, and the version looked at. `elsewhere`: objects that another part explains.
+    /// Compares the keys of a file with its part of `docs/json.md`, so that a changed key is documented and the version
+    /// is reviewed. `elsewhere` names objects that another part explains.
     pub fn assert_documented(file: &impl Serialize, version: u32, title: &str, elsewhere: &[&str]) {
         let mut written = BTreeSet::new();
         paths(&serde_json::to_value(file).unwrap(), "", &mut written);

@@ -1,4 +1,4 @@
-//! Opens what the flags describe: the scene (file, moment, camera, light) and the device.
+//! Opens the scene (file, time, camera, light) and the device of the flags.
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -17,7 +17,7 @@ use super::out;
 use super::progress::watch;
 use crate::say;
 
-/// The scene of `twobounce demo`, wherever a scene is named.
+/// The name of the scene of `twobounce demo`, for any command.
 pub const DEMO: &str = "demo:";
 
 impl SceneArgs {
@@ -33,13 +33,13 @@ impl SceneArgs {
         self.stage().check()
     }
 
-    /// Loads the scene, chooses animation and camera, adds the sky and, without any light, a light. Prints what was
-    /// ignored, simplified or added.
+    /// Loads the scene, chooses animation and camera, adds the sky and, if needed, a light. Prints notes about parts
+    /// that were ignored, simplified or added.
     pub fn open(&self) -> Result<Staged> {
         self.open_within(LoadOptions::default())
     }
 
-    /// As [`Self::open`], within the limits that a device sets.
+    /// As [`Self::open`], within limits of a device.
     fn open_within(&self, device: LoadOptions) -> Result<Staged> {
         self.check()?;
         let options = LoadOptions {
@@ -60,17 +60,17 @@ impl SceneArgs {
         Ok(staged)
     }
 
-    /// Opens the scene and the device, and prints what they are.
+    /// Opens the scene and the device, and prints both.
     pub fn open_on(&self, run: &RunArgs) -> Result<(Staged, Arc<Context>)> {
         self.open_with(run.device.open(self.size), run)
     }
 
-    /// As [`Self::open_on`], on a device whose driver describes the pipelines where it can.
+    /// As [`Self::open_on`], on a device whose driver describes pipelines if it can.
     pub fn open_on_describing(&self, run: &RunArgs) -> Result<(Staged, Arc<Context>)> {
         self.open_with(run.device.open_by(Context::describing, self.size), run)
     }
 
-    /// The device comes first, for its limits; what is wrong with the scene is said first.
+    /// The device is opened first for its limits, but errors of the scene are reported first.
     fn open_with(&self, context: Result<Arc<Context>>, run: &RunArgs) -> Result<(Staged, Arc<Context>)> {
         let limits = context.as_ref().map_or_else(|_| LoadOptions::default(), |context| limits(context, run));
         let staged = self.open_within(limits)?;
@@ -79,7 +79,7 @@ impl SceneArgs {
         Ok((staged, context))
     }
 
-    /// Opens the scene for a device that is open, and prints what both are.
+    /// Opens the scene for an open device, and prints both.
     #[cfg(feature = "window")]
     pub fn open_for(&self, context: &Context, run: &RunArgs) -> Result<Staged> {
         let staged = self.open_within(limits(context, run))?;
@@ -88,7 +88,7 @@ impl SceneArgs {
     }
 }
 
-/// Limits that a device sets to a scene.
+/// Limits that a device sets for a scene.
 fn limits(context: &Context, run: &RunArgs) -> LoadOptions {
     LoadOptions {
         texture_memory: Some(memory_limit(context, run.memory_limit)),
@@ -109,19 +109,19 @@ fn introduce(staged: &Staged, context: &Context) {
     say!("{}: {}", context.name, context.driver);
 }
 
-/// The settings, with smaller voxels about the camera where the scene asks for them; says so then.
+/// The settings with smaller voxels around the camera if the scene needs them, with a note.
 pub fn fitted(staged: &Staged, settings: Settings) -> Settings {
     let (settings, note) = staged.fitted(settings);
     note.iter().for_each(|note| warn(staged, note));
     settings
 }
 
-/// The image alone, within a limit on device memory.
+/// Options of radiance alone, within a limit on device memory.
 pub fn options(staged: &Staged, memory_limit: Option<u64>) -> RenderOptions {
     RenderOptions { memory_limit, watch: Some(watch()), ..RenderOptions::new(staged.size, staged.bounds()) }
 }
 
-/// The image alone, as the flags say.
+/// Options of radiance alone, from the flags.
 pub fn run_options(staged: &Staged, run: &RunArgs) -> RenderOptions {
     RenderOptions { submit: run.submit, steps: run.steps, ..options(staged, run.memory_limit) }
 }
@@ -132,7 +132,7 @@ impl DeviceArgs {
         self.open_by(Context::new, size)
     }
 
-    /// As [`Self::open`], with shaders that count what they read.
+    /// As [`Self::open`], with shaders that count their reads.
     pub fn open_counting(&self, size: (u32, u32)) -> Result<Arc<Context>> {
         self.open_by(Context::counting, size)
     }

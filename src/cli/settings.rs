@@ -1,4 +1,4 @@
-//! `twobounce settings`: every key, or the sum of `--preset`, `--config` and `--set`.
+//! `twobounce settings`: lists every key, or prints the settings from `--preset`, `--config` and `--set`.
 
 use std::process::ExitCode;
 
@@ -14,19 +14,19 @@ use crate::say;
 pub struct SettingsCommandArgs {
     #[command(flatten)]
     pub settings: SettingsArgs,
-    /// Show every setting, also the ledger and the talk's variants
+    /// Show every setting, including the ledger and the talk's variants
     #[arg(long)]
     pub all: bool,
     /// Print the list as a Markdown page
     #[arg(long, conflicts_with = "toml")]
     pub markdown: bool,
-    /// Print the effective settings as a file for --config
+    /// Print the settings of the flags as a file for --config
     #[arg(long)]
     pub toml: bool,
 }
 
 impl SettingsArgs {
-    /// The preset, then the file, then the method, then single keys.
+    /// The settings from the preset, the file, the method and single keys, in this order.
     pub fn effective(&self) -> Result<Settings> {
         self.effective_with("--preset")
     }
@@ -49,7 +49,7 @@ impl SettingsArgs {
     }
 }
 
-/// Prints the list in the form asked for.
+/// Prints the list in the requested form.
 pub fn run(args: &SettingsCommandArgs) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     if args.markdown {

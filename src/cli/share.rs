@@ -1,4 +1,4 @@
-//! Work that many machines share: which part is this one's, how it is called, and the commands of all parts.
+//! Work that is shared by many machines: the part of this one, its name, and the commands of all parts.
 
 use std::ops::Range;
 use std::path::Path;
@@ -10,50 +10,49 @@ use super::args::memory_size;
 use super::{interrupt, out, words};
 use crate::say;
 
-/// One of several parts of some work: those rows whose address has this remainder.
+/// A part of the work: the rows whose address has this remainder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
-    /// From 0.
+    /// The number of the part, from 0.
     index: u64,
     count: u64,
 }
 
-/// Which rows of a folder are made here, and which count.
+/// The rows of a folder that this call measures, and the rows that are valid.
 #[derive(Args, Clone, Debug, Default)]
 pub struct RowArgs {
-    /// Use no more device memory than this; what needs more becomes a row that says so
+    /// The maximum device memory; rows that need more are marked as such
     #[arg(long, value_name = "SIZE", value_parser = memory_size)]
     pub memory_limit: Option<u64>,
-    /// Keep rows that another build of the program measured; without this they are measured again
+    /// Accept rows that another build of the program measured; by default they are measured again
     #[arg(long)]
     pub any_build: bool,
-    /// Make only part I of N of the rows, chosen by a hash of what they are; `twobounce merge` puts the folders
-    /// together
+    /// Only measure part I of N of the rows, selected by a hash; `twobounce merge` joins the folders
     #[arg(long, value_name = "I/N", value_parser = shard)]
     pub shard: Option<Shard>,
-    /// Name of this machine in rows: times are compared within one machine alone [default: the host's name]
+    /// The name of this machine in rows; only times of one machine are compared [default: the host's name]
     #[arg(long, value_name = "NAME", value_parser = machine)]
     pub machine: Option<String>,
 }
 
 impl RowArgs {
-    /// Whether a row of this address is made here.
+    /// Whether the row with this address belongs to this part.
     pub fn has(&self, address: &str) -> bool {
         self.shard.is_none_or(|shard| shard.has(address))
     }
 
-    /// The part in words; empty for the whole.
-    pub fn words(&self) -> String {
+    /// The part as text; empty for the whole.
+    pub fn in_words(&self) -> String {
         self.shard.map_or(String::new(), |shard| format!("part {} of {}", shard.index + 1, shard.count))
     }
 
-    /// Says how a run ended that has `there` of `planned` rows. `spent`: whether its budget ended it.
+    /// Prints how a run ended with `there` of `planned` rows. `spent` says whether its budget ended it.
     ///
     /// # Errors
     /// [`Error::Interrupted`](twobounce::Error::Interrupted) if Ctrl-C ended it.
     pub fn say_end(&self, there: usize, planned: usize, spent: bool) -> Result<()> {
         if planned == 0 {
-            say!("no row is in {}", self.words());
+            say!("no row is in {}", self.in_words());
         }
         if spent {
             say!("the budget is spent after {there} of {planned} rows; the same command continues from there");
@@ -89,32 +88,32 @@ fn machine(text: &str) -> std::result::Result<String, &'static str> {
     is_name.then(|| text.to_owned()).ok_or("write a name of at most 64 characters")
 }
 
-/// Prints the commands of the shards of a folder of rows. `outputs`: the flags that name it.
+/// Prints the commands of the shards of a folder of rows. `outputs` are the flags that name the folder.
 pub fn list_shards(count: u32, outputs: &[&str], folder: &Path) {
     let shards: Vec<String> = (1..=count).map(|i| format!("{i}/{count}")).collect();
     Parts { flag: "--shard", outputs, ending: "" }.list(&shards, Some(folder));
 }
 
-/// `count` items in so many parts that follow each other, none empty.
+/// `count` items in `parts` successive ranges, none of them empty.
 pub fn chunks(count: u32, parts: u32) -> impl Iterator<Item = Range<u32>> {
     let (count, parts) = (u64::from(count), u64::from(parts.min(count)));
     let cut = move |i: u64| (i * count / parts) as u32;
     (0..parts).map(move |i| cut(i)..cut(i + 1))
 }
 
-/// How the parts of some work differ.
+/// The differences between the parts of some work.
 pub struct Parts<'a> {
-    /// The flag that says which part it is.
+    /// The flag that selects the part.
     pub flag: &'a str,
-    /// The flags that name what is written, of which every part gets its own.
+    /// The flags of outputs, for which every part gets its own name.
     pub outputs: &'a [&'a str],
-    /// The ending of a file that is written; empty for a folder.
+    /// The ending of an output file; empty for a folder.
     pub ending: &'a str,
 }
 
 impl Parts<'_> {
-    /// Prints the commands that share the work of this one, a line each, and on standard error how to put the results
-    /// together. `values`: of the flag. `result`: what is written; absent where there is nothing to put together.
+    /// Prints the commands that share this work, one per line, and on standard error how to join the results. `values`
+    /// are those of the flag. `result` is the output; `None` if there is nothing to join.
     pub fn list(&self, values: &[String], result: Option<&Path>) {
         let typed: Vec<String> = std::env::args().skip(1).collect();
         for (i, value) in values.iter().enumerate() {
@@ -129,7 +128,7 @@ impl Parts<'_> {
 
     /// The command of part `i`.
     fn command(&self, typed: &[String], i: usize, value: &str) -> Vec<String> {
-        // Every flag that has no value here stands by itself, or takes the next word along, which stays where it is.
+        // A flag without a value here stands alone, or takes the next word, which stays in its place.
         let takes_value = |word: &str| word == "--list" || word == self.flag || self.outputs.contains(&word);
         let mut words = vec!["twobounce".to_owned()];
         for mut group in words::grouped(typed, takes_value) {

@@ -1,5 +1,4 @@
-//! `twobounce completions` and `twobounce man`: what a shell completes, and manual pages, from the same flags that are
-//! parsed.
+//! `twobounce completions` and `twobounce man`: completions of shells and manual pages, from the parsed flags.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -18,20 +17,20 @@ use crate::say;
   twobounce completions zsh > ~/.zfunc/_twobounce          # a folder of $fpath
   twobounce completions fish > ~/.config/fish/completions/twobounce.fish")]
 pub struct CompletionsArgs {
-    /// The shell to write for
+    /// The shell of the completions
     #[arg(value_name = "SHELL")]
     pub shell: Shell,
 }
 
 #[derive(Args, Debug)]
 pub struct ManArgs {
-    /// The folder to write twobounce.1 and a page per command into, made where it is missing; without it, twobounce.1
-    /// is printed
+    /// The folder for twobounce.1 and a page per command, which is created if it is missing; without it, twobounce.1 is
+    /// printed
     #[arg(value_name = "DIR")]
     pub dir: Option<PathBuf>,
 }
 
-/// Prints the script. `command`: the whole program's.
+/// Prints the script. `command` is that of the whole program.
 pub fn complete(args: &CompletionsArgs, mut command: Command) -> anyhow::Result<ExitCode> {
     let name = command.get_name().to_owned();
     let mut script = Vec::new();
@@ -40,10 +39,10 @@ pub fn complete(args: &CompletionsArgs, mut command: Command) -> anyhow::Result<
     Ok(ExitCode::SUCCESS)
 }
 
-/// Prints the page, or writes all. `command`: the whole program's.
+/// Prints one page, or writes all. `command` is that of the whole program.
 pub fn man(args: &ManArgs, command: Command) -> anyhow::Result<ExitCode> {
     let mut command = command.disable_help_subcommand(true);
-    command.build(); // gives every command its whole name
+    command.build(); // sets the full name of every command
     let Some(folder) = &args.dir else {
         out::write(&page(&command)?);
         return Ok(ExitCode::SUCCESS);
@@ -65,7 +64,7 @@ pub fn man(args: &ManArgs, command: Command) -> anyhow::Result<ExitCode> {
 fn page(command: &Command) -> anyhow::Result<String> {
     let mut bytes = Vec::new();
     Man::new(command.clone()).render(&mut bytes)?;
-    // Formatters that take bytes for Latin-1 print these too.
+    // Formatters that read bytes as Latin-1 can print these too.
     let escaped = |c: char| if c.is_ascii() { c.to_string() } else { format!("\\[u{:04X}]", u32::from(c)) };
     Ok(String::from_utf8(bytes)?.chars().map(escaped).collect())
 }

@@ -1,4 +1,4 @@
-//! `twobounce stability`: the table of where methods fail.
+//! `twobounce stability`: the table of known weaknesses.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -8,7 +8,7 @@ use std::sync::Arc;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use twobounce::gi::Method;
-use twobounce::lab::store::{Origin, Row as _, Store, Stored, device_words, short_hash};
+use twobounce::lab::store::{ExperimentRow as _, Origin, Store, Stored, device_words, short_hash};
 use twobounce::output::{file, read};
 use twobounce::reference::cache::Cache;
 use twobounce::settings::{PRESETS, Settings};
@@ -27,36 +27,35 @@ use super::share::{self, RowArgs};
 use super::{interrupt, out};
 use crate::say;
 
-/// Every case is run by every preset on every grid, at several places in the grid. Each row is kept as soon as it is
-/// finished: after an interruption the same command continues. A number further from its ideal than its limit is shown,
-/// not hidden.
+/// Runs every case with every preset on every grid, at several places in the grid. Each row is kept as soon as it is
+/// finished; after an interruption the same command continues. Numbers beyond their limits are marked.
 #[derive(Args, Debug)]
 pub struct StabilityArgs {
-    /// The folder to write into: a new one, an empty one, or one of an earlier table
+    /// The folder to write: a new one, an empty one, or one of an earlier table
     #[arg(short, long, value_name = "DIR", required_unless_present_any = ["list", "markdown"])]
     pub output: Option<PathBuf>,
-    /// The cases to run, separated by commas; the start of a name takes all that begin so [default: all]
+    /// The cases to run, separated by commas; the beginning of a name selects all cases with it [default: all]
     #[arg(long = "case", value_name = "NAME,…", value_delimiter = ',')]
     pub cases: Vec<String>,
     /// The presets to run, separated by commas [default: all]
     #[arg(long = "preset", value_name = "NAME,…", value_delimiter = ',')]
     pub presets: Vec<String>,
-    /// Only presets of this method
+    /// Only run presets of this method
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Method::ALL.iter().map(|m| m.name())))]
     pub method: Option<String>,
     /// Voxels along the grid's edge, separated by commas [default: 32,64,128]
     #[arg(long = "grid", value_name = "N,…", value_delimiter = ',')]
     pub grids: Vec<u32>,
-    /// A subset of cases, presets, grids and places, in a minute or two
+    /// Run a subset of cases, presets, grids and places, in a minute or two
     #[arg(long)]
     pub quick: bool,
-    /// Print the cases and what they measure; with a number, the N commands that share the work, a line each
+    /// Print the cases with their meanings; with a number, the N commands that share the work, one per line
     #[arg(long, value_name = "N", num_args = 0..=1, conflicts_with = "shard", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub list: Option<Option<u32>>,
-    /// Print a page in Markdown about a rows.csv that was written before
+    /// Print a Markdown page about an existing rows.csv
     #[arg(long, value_name = "ROWS.csv", conflicts_with_all = ["list", "output"])]
     pub markdown: Option<PathBuf>,
-    /// Exit with 1 if a number is further from its ideal than in this rows.csv of an earlier table, rounding aside
+    /// Exit with 1 if a number is farther from its ideal than in this rows.csv of an earlier table, apart from rounding
     #[arg(long, value_name = "ROWS.csv", conflicts_with_all = ["list", "markdown"])]
     pub against: Option<PathBuf>,
     #[command(flatten)]
@@ -65,22 +64,22 @@ pub struct StabilityArgs {
     pub device: DeviceArgs,
 }
 
-/// Presets and grids that `--quick` runs. Cones take too long on finer grids.
+/// Presets and grids of `--quick`. Cones take too long on finer grids.
 const QUICK: [(&str, &[u32]); 4] = [("balanced", &[32, 64]), ("cones", &[32]), ("lpv", &[32, 64]), ("photons", &[32])];
 
-/// The table under way.
+/// A table in progress.
 struct Table<'a> {
     args: &'a StabilityArgs,
     store: Store<Row>,
     cache: Cache,
-    /// Of rows that are made now, but for the time.
+    /// The origin of new rows, without the time.
     origin: Origin,
     rows: Vec<PlannedRow>,
-    /// The addresses of all rows, those of other shards too.
+    /// The addresses of all rows, including those of other shards.
     all: Vec<String>,
 }
 
-/// A row of the table, to be made or already there.
+/// A row of the table, measured or not.
 struct PlannedRow {
     case: &'static Case,
     row: Row,
@@ -140,7 +139,7 @@ fn read_table<T>(path: &Path, parse: fn(&str) -> std::result::Result<T, String>)
     parse(&text).map_err(|why| Error::file(path, format!("is no rows.csv of `twobounce stability`: {why}")))
 }
 
-/// Says what changed since the table of `path`, and whether something got worse.
+/// Prints the changes since the table of `path`. Returns whether something is worse.
 fn held_against(path: &Path, found: &Changes) -> anyhow::Result<ExitCode> {
     let shown = path.display();
     if found.compared == 0 {
@@ -169,7 +168,7 @@ impl StabilityArgs {
             }
             named.extend(found);
         }
-        // In the order of the table, each once.
+        // Grids in the order of the table, without repetition.
         Ok(cases::all().filter(|case| named.iter().any(|other| other.name == case.name)).collect())
     }
 
@@ -202,7 +201,7 @@ impl StabilityArgs {
 }
 
 impl Table<'_> {
-    /// Adds a row to those that are to be there.
+    /// Adds a row to the planned ones.
     fn plan(&mut self, context: &Context, case: &'static Case, preset: &str, grid: u32) -> Result<()> {
         let args = self.args;
         let settings = settings(preset, grid)?;
@@ -224,7 +223,7 @@ impl Table<'_> {
             address,
             ..Row::default()
         };
-        // A failure is tried again: memory may be free by now.
+        // A failed row is tried again, because memory may be free by now.
         let stored = self.store.load(&row.key).filter(|stored| stored.row.is_measured());
         self.rows.push(PlannedRow { case, row, stored });
         Ok(())
@@ -274,14 +273,15 @@ impl Experiment for Table<'_> {
         let Some(m) = &row.measured else {
             return Some(format!("{}: {}", row.title(), row.failure.as_deref().unwrap_or_default()));
         };
-        let [median, min, max] = [m.number.median, m.number.min, m.number.max].map(|value| case.unit.words(value));
+        let [median, min, max] =
+            [m.number.median, m.number.min, m.number.max].map(|value| case.unit.value_in_words(value));
         Some(format!("{}: {median} ({min} to {max}), {:.1} s", row.title(), m.seconds))
     }
 
     fn write(&mut self, running: bool) -> Result<()> {
         let _writing = file::writing();
         let stored: Vec<Stored<Row>> = self.rows.iter().filter_map(|row| row.stored.clone()).collect();
-        write(&self.store, &stored, self.rows.len(), &self.args.rows.words(), running)?;
+        write(&self.store, &stored, self.rows.len(), &self.args.rows.in_words(), running)?;
         Outline { version: VERSION, rows: self.all.clone() }.save(&self.store)
     }
 }

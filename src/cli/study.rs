@@ -1,4 +1,4 @@
-//! `twobounce study`: the default study, from its table of axes to `docs/notes/study/`.
+//! `twobounce study`: measures the default study and writes `docs/notes/study/`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,8 +16,7 @@ use super::args::{SceneArgs, size};
 use super::bench::{Bench, BenchArgs};
 use super::share;
 
-/// Runs every preset and every axis by itself, keeps rows as `chart` does, and writes the page again, except for its
-/// handwritten part.
+/// Measures every preset and every axis, keeps rows as `chart` does, and fills the tables of the page.
 #[derive(Args, Debug)]
 pub struct StudyArgs {
     /// The scenes [default: those of the project]
@@ -26,13 +25,13 @@ pub struct StudyArgs {
     /// The folder for README.md, rows.csv and an SVG per scene
     #[arg(short, long, value_name = "DIR", default_value = "docs/notes/study")]
     pub output: PathBuf,
-    /// The folder that keeps rows, as `chart -o`; its index.html shows them all
+    /// The folder that keeps rows, as for `chart -o`; its index.html shows all of them
     #[arg(long, value_name = "DIR", default_value = "out/study")]
     pub rows: PathBuf,
     /// Size of the images in pixels
     #[arg(long, value_name = "WxH", default_value = "256x256", value_parser = size)]
     pub size: (u32, u32),
-    /// Run the presets alone, without the axes
+    /// Only measure the presets, without the axes
     #[arg(long)]
     pub presets_only: bool,
     /// In every preset, set this key first; may be given several times
@@ -45,7 +44,7 @@ pub struct StudyArgs {
 pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     let mut lines = lines(&args.sets)?;
     lines.retain(|(axis, _)| !args.presets_only || *axis == PRESETS_AXIS);
-    page(&args.output)?; // before anything is measured
+    page(&args.output)?; // before any measurement
     let paths = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };
     let scene = &SceneArgs::plain(&paths[0], args.size);
     let rows = distinct(lines.iter().map(|line| line.1.clone())).into_iter().chain(args.bench.traced()).collect();
@@ -55,7 +54,7 @@ pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     bench.run(|chart| {
-        // A part has no page of its own: once the parts are merged, the same command without --shard writes it.
+        // A part has no page: after merging the parts, the same command without --shard writes it.
         if args.bench.rows.shard.is_some() {
             return Ok(None);
         }
@@ -64,7 +63,7 @@ pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     })
 }
 
-/// The page that is there, or a new one; a folder that holds something else is refused.
+/// The existing page, or a new one; a folder with other content is refused.
 fn page(folder: &Path) -> Result<String> {
     let page = folder.join("README.md");
     match fs::read_to_string(&page) {
@@ -87,6 +86,6 @@ fn write(folder: &Path, chart: &Chart, page: &str) -> Result<()> {
         file::write(&folder.join(format!("{}.svg", scene.name)), picture.as_bytes())?;
     }
     file::write(&folder.join("rows.csv"), chart.csv().as_bytes())?;
-    // Last: a folder without it was not written by this command.
+    // It comes last: a folder without it was not written by this command.
     file::write(&folder.join("README.md"), page.as_bytes())
 }

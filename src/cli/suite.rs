@@ -1,5 +1,5 @@
-//! `twobounce suite`: rows of the suite of scenes: images of other programs, presets and path tracing, and the
-//! references themselves.
+//! `twobounce suite`: rows for the suite of scenes: images of other programs, presets, path tracing, and the references
+//! themselves.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -23,8 +23,8 @@ use super::scene::options;
 use super::{interrupt, out};
 use crate::say;
 
-/// Judges images of other programs against the references of the suite, beside the rows that the suite has, and writes
-/// a page and rows.csv. Without anything to judge or measure the tables are written again.
+/// Compares images of any program with the references of the suite, together with the rows of the suite, and writes a
+/// page and rows.csv. Without images or measurements, the tables are written again.
 #[derive(Args, Debug)]
 pub struct SuiteArgs {
     /// The scenes, by name [default: all]
@@ -35,16 +35,16 @@ pub struct SuiteArgs {
     /// Render and time these presets with all bounces on this device
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub presets: Vec<String>,
-    /// In every preset, set this key too; may be given several times
+    /// In every preset, also set this key; may be given several times
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
-    /// Path-trace along these numbers of paths a pixel
+    /// Also path-trace with these numbers of paths per pixel
     #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_PATHS)))]
     pub paths: Vec<u32>,
-    /// Measure images of this side alone [default: every side of the suite]
+    /// Only measure images of this side [default: every side of the suite]
     #[arg(long, value_name = "PIXELS")]
     pub side: Option<u32>,
-    /// First trace the references again from their seeds, and write them into the suite
+    /// First trace the references again from their seeds, and write them to the suite
     #[arg(long)]
     pub references: bool,
     /// The folder of the suite
@@ -53,7 +53,7 @@ pub struct SuiteArgs {
     /// The folder for rows.csv and the page
     #[arg(short, long, value_name = "DIR", default_value = "out/suite")]
     pub output: PathBuf,
-    /// Print nothing but notes and errors
+    /// Print only notes and errors
     #[arg(short, long)]
     pub quiet: bool,
     #[command(flatten)]
@@ -101,14 +101,14 @@ pub fn run(args: &SuiteArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The side of a square image of the suite, or why there is none.
+/// The side of a square image of the suite, or the reason why it is not one.
 fn side_of(suite: &Suite, (width, height): (u32, u32)) -> std::result::Result<u32, String> {
     let sides: Vec<String> = suite.sides.iter().map(|side| format!("{side}x{side}")).collect();
     let why = || format!("{width}x{height} is no size of the suite; render the image at {}", sides.join(" or "));
     suite.sides.iter().find(|side| (width, height) == (**side, **side)).copied().ok_or_else(why)
 }
 
-/// Judges an image of another program, and says its row in a line.
+/// Compares an image of another program, and prints its row.
 fn import(suite: &Suite, entries: &[&Entry], named: Named, rows: &mut Rows) -> Result<String> {
     let entry = match (&named.scene, entries) {
         (Some(name), _) => suite.named(slice::from_ref(name))?[0],
@@ -133,7 +133,7 @@ fn import(suite: &Suite, entries: &[&Entry], named: Named, rows: &mut Rows) -> R
     Ok(rows.add(&scene, &row, Judged { errors, milliseconds: claim.milliseconds, device }))
 }
 
-/// A scene of the suite as its file's camera sees it.
+/// A scene of the suite with its file's camera.
 fn stage(suite: &Suite, entry: &Entry, side: u32) -> Result<Staged> {
     SceneArgs { time: entry.time_s, ..SceneArgs::plain(&suite.path(entry), (side, side)) }.open()
 }

@@ -1,4 +1,4 @@
-//! Threads where the system sets a limit to them: `ulimit -u`, the pids of a container.
+//! Threads under a limit of the system: `ulimit -u`, or the process limit of a container.
 
 use std::sync::mpsc;
 use std::thread::{Builder, JoinHandle, available_parallelism};
@@ -9,7 +9,7 @@ use twobounce::{Error, Result};
 /// Starts a thread.
 ///
 /// # Errors
-/// [`Error::Usage`] where the system allows none.
+/// [`Error::Usage`] if the system allows no thread.
 pub fn spawn(work: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>> {
     Builder::new().spawn(work).map_err(|error| {
         Error::Usage(format!(
@@ -18,15 +18,15 @@ pub fn spawn(work: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>> {
     })
 }
 
-/// Starts the threads that share loops: one per core, or as many as the variable `RAYON_NUM_THREADS` says. Where the
-/// system allows fewer, half of those that it allows: the others are for the driver.
+/// Starts the threads of parallel loops: one per core, or the number in the variable `RAYON_NUM_THREADS`. If the system
+/// allows fewer, it uses half of them and leaves the others to the driver.
 ///
 /// # Errors
-/// [`Error::Usage`] where the system allows none.
+/// [`Error::Usage`] if the system allows no thread.
 pub fn start_pool() -> Result<()> {
     let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|text| text.parse().ok()).filter(|number| *number > 0);
     let wanted = asked.unwrap_or_else(|| available_parallelism().map_or(1, usize::from));
-    // A pool must be told its size before its threads are started, so they come first, and wait for their work.
+    // A pool needs its size before its threads start, so they are started first and wait for their work.
     let mut threads = vec![];
     while threads.len() < wanted {
         let (give, take) = mpsc::channel::<rayon::ThreadBuilder>();
@@ -36,7 +36,7 @@ pub fn start_pool() -> Result<()> {
             Err(_) => {
                 for (give, thread) in threads.drain(threads.len().div_ceil(2)..) {
                     drop(give);
-                    let _ = thread.join(); // it did nothing
+                    let _ = thread.join(); // the thread did nothing
                 }
                 break;
             }
@@ -49,7 +49,7 @@ pub fn start_pool() -> Result<()> {
         give.send(work).expect("it waits for its work");
         Ok(())
     };
-    // It fails only where there is a pool already.
+    // This only fails if there is already a pool.
     let _ = pool.spawn_handler(start).build_global();
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! `twobounce tonemap`: from radiance in an .exr to an image for a display.
+//! `twobounce tonemap`: converts radiance in an .exr to an image for a display.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -14,22 +14,22 @@ use crate::say;
 
 #[derive(Args, Debug)]
 pub struct TonemapArgs {
-    /// Linear radiance, of this program or another
+    /// An .exr of linear radiance, of this program or another
     #[arg(value_name = "IMAGE.exr")]
     pub image: PathBuf,
-    /// The image to write: - is standard output, as a PNG
+    /// The .png or .jpg to write; - is standard output, as a PNG
     #[arg(short, long, value_name = "OUT.png|OUT.jpg")]
     pub output: PathBuf,
     #[command(flatten)]
     pub display: DisplayArgs,
-    /// Print nothing but errors
+    /// Print only errors
     #[arg(short, long)]
     pub quiet: bool,
 }
 
 pub fn run(args: &TonemapArgs) -> anyhow::Result<ExitCode> {
     out::be_quiet(args.quiet);
-    let kind = ImageKind::of(&args.output).filter(|kind| *kind != ImageKind::Exr);
+    let kind = ImageKind::of_path(&args.output).filter(|kind| *kind != ImageKind::Exr);
     if kind.is_none() {
         return Err(Error::file(&args.output, "has another ending than .png or .jpg; name it so").into());
     }

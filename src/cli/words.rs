@@ -6,7 +6,7 @@ use clap::{Arg, Args, Command};
 
 use super::args::SceneArgs;
 
-/// A command as one line that a shell reads back.
+/// A command as one line for a shell.
 pub fn line(words: &[String]) -> String {
     words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
 }
@@ -20,7 +20,8 @@ fn quoted(word: &str) -> String {
     }
 }
 
-/// Typed words in turn: a word by itself, or a flag with its value, in one word or two. `takes_value`: of a flag.
+/// Groups typed words: a word alone, or a flag with its value, in one word or two. `takes_value` says whether a flag
+/// has a value.
 pub fn grouped(typed: &[String], takes_value: impl Fn(&str) -> bool) -> Vec<Vec<String>> {
     let mut groups = Vec::new();
     let mut words = typed.iter();
@@ -34,13 +35,13 @@ pub fn grouped(typed: &[String], takes_value: impl Fn(&str) -> bool) -> Vec<Vec<
     groups
 }
 
-/// The flag that a group of words begins with.
+/// The flag at the beginning of a group of words.
 pub fn flag(group: &[String]) -> &str {
     group[0].split('=').next().unwrap_or_default()
 }
 
-/// The typed flags that another command has too, with their values and without those `left_out`. `own`: flags of the
-/// command that was typed.
+/// The typed flags that another command has too, with their values and without those in `left_out`. `own` has the flags
+/// of the typed command.
 pub fn kept(typed: &[String], own: &Command, other: &Command, left_out: &[&str]) -> Vec<String> {
     let known = |command: &Command, flag: &str| {
         let is_it = |arg: &&Arg| {
@@ -54,8 +55,8 @@ pub fn kept(typed: &[String], own: &Command, other: &Command, left_out: &[&str])
     grouped(typed, takes_value).into_iter().filter(stays).flatten().collect()
 }
 
-/// The start of the command that renders a scene as it is looked at: without settings. `typed`: the words of this
-/// command, which has the flags `Own` beside those of a scene.
+/// The beginning of the command that renders a scene with this view, without settings. `typed` holds the words of this
+/// command, which has the flags `Own` in addition to those of a scene.
 pub fn render_command<Own: Args>(typed: &[String], scene: &Path, (width, height): (u32, u32)) -> String {
     let flags = SceneArgs::augment_args(Command::new(""));
     let start = ["twobounce", "render", &scene.display().to_string(), "-o", "image.png"].map(str::to_owned);

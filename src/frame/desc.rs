@@ -1,6 +1,6 @@
-//! Inputs of a frame: the requests to the ground that follow from them, and the memory that the frame takes.
+//! The description of a frame, the requests to the ground that follow from it, and the memory that the frame takes.
 
-use crate::gi::{Gi, Wants};
+use crate::gi::{IndirectMethod, Wants};
 use crate::ground::constants::{Features, constants, with};
 use crate::ground::expected_items::{Expected, expected_items};
 use crate::ground::grid::Grid;
@@ -16,27 +16,27 @@ use crate::scene::{Bounds, Scene};
 use crate::settings::{GatherResolution, ImageSettings, LampLight, Settings, Shadows};
 use crate::{Error, Result};
 
-/// Inputs from which a frame is made.
+/// Everything that determines a frame.
 #[derive(Clone, Copy)]
 pub struct FrameDesc<'a> {
     pub scene: &'a Scene,
     pub settings: &'a Settings,
-    /// Pixels.
+    /// Width and height in pixels.
     pub size: (u32, u32),
-    /// As [`target::outputs`] counts them.
+    /// The number of outputs, from [`target::outputs`].
     pub outputs: usize,
-    /// Of the scene over the whole animation: where the grid stands.
+    /// Bounds of the scene over the whole animation. They determine the place of the grid.
     pub bounds: Bounds,
-    /// Frames that may be in flight at once.
+    /// The number of frames that may be in flight at once.
     pub slots: usize,
-    /// The acceleration structure that rays go through, where they are the device's own queries.
+    /// The acceleration structure for rays, if the device's ray queries trace them.
     pub query: Option<QueryPlan>,
-    /// Whether passes are made until the first light is whole, as [`super::LightRules::waits`] says.
+    /// Whether passes are made until the first light is whole: see [`super::LightRules::waits`].
     pub waits: bool,
 }
 
 impl FrameDesc<'_> {
-    /// Checks that there are pixels, and every setting against its key.
+    /// Checks that there are pixels, and checks every setting against its key.
     pub fn check(&self) -> Result<()> {
         let (width, height) = self.size;
         if width.min(height) == 0 {
@@ -46,8 +46,8 @@ impl FrameDesc<'_> {
     }
 }
 
-/// Memory that [`super::Frame::new`] allocates on a grid of any edge, before any buffer grows: at least that, while
-/// there are no trees yet.
+/// The memory that [`super::Frame::new`] allocates for a grid of any edge, before any buffer grows. Without trees it is
+/// a lower bound.
 pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce) -> impl Fn(u32) -> Vec<MemoryRow> {
     let (lamps, features) = (lamps(desc.scene, desc.settings), Features::of_scene(desc.scene));
     move |voxels| {
@@ -58,10 +58,11 @@ pub fn first_plan(desc: &FrameDesc, trees: &TreesOnce) -> impl Fn(u32) -> Vec<Me
     }
 }
 
-/// Makes the trees if `desc` asks for any: they are too large for memory where [`first_plan`] is.
+/// Builds the trees if `desc` needs them; the caller checks [`first_plan`] first, because trees may not fit into
+/// memory.
 pub fn make_trees(desc: &FrameDesc, trees: &TreesOnce) {
     if wants(desc.settings, Features::of_scene(desc.scene)).rays && desc.query.is_none() {
-        trees.of(desc.scene);
+        trees.of_scene(desc.scene);
     }
 }
 
@@ -74,23 +75,23 @@ fn shape_of(desc: &FrameDesc, features: Features) -> ImageShape {
     ImageShape::new(&desc.settings.image, &wants, features.has(Features::BLEND), desc.size, desc.outputs)
 }
 
-/// `features`: of the scene.
+/// Initial sizes of buffers. `features` are those of the scene.
 fn first_counts(desc: &FrameDesc, features: Features, lamps: &Lamps, trees: &TreesOnce) -> Counts {
     let wants = wants(desc.settings, features);
     let query = desc.query.filter(|_| wants.rays);
     let tree = if wants.rays && query.is_none() { trees.size(desc.scene) } else { TreeSize::default() };
-    // A grid that cannot be placed is refused where it is made.
+    // A grid that cannot be placed is refused later, when it is created.
     let grid = Grid::place(desc.bounds, desc.settings).ok();
     let expected =
         grid.map_or(Expected::default(), |grid| expected_items(desc.scene, &trees.world_from_instance, &grid));
-    // A sixteenth to spare, for twins and for walls that stand in planes between voxels.
+    // A sixteenth is spare, for divided items and for walls in planes between voxels.
     let room = ((expected.items * 17.0 / 16.0) as u32).max(1 << 16);
     let list = ListCapacity { items: room, cells: 1 << 15, boxes: grid.map_or(0, |grid| grid.boxes) };
     let lists = vec![list; 1 + wants.grids.len()];
     let (width, height) = desc.size;
     let samples = width.saturating_mul(height).saturating_mul(desc.settings.image.samples);
     let lamps = lamps.count(desc.settings.lights.lamp_points);
-    Counts { expected_sides: expected.sides as u32, query, ..Counts::of(desc.scene, lamps, tree, lists, samples) }
+    Counts { expected_sides: expected.sides as u32, query, ..Counts::of_scene(desc.scene, lamps, tree, lists, samples) }
 }
 
 pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) -> Result<GroundDesc> {
@@ -114,7 +115,7 @@ pub(super) fn ground_desc(desc: &FrameDesc, lamps: &Lamps, trees: &TreesOnce) ->
 
 /// Shader features of a frame.
 fn features(desc: &FrameDesc) -> Features {
-    let of = Features::of(desc.scene, desc.settings);
+    let of = Features::of_settings(desc.scene, desc.settings);
     of.and(Features::QUERY, desc.query.is_some() && wants(desc.settings, of).rays)
 }
 
@@ -122,7 +123,7 @@ pub(super) fn lamps(scene: &Scene, settings: &Settings) -> Lamps {
     if settings.lights.lamps == LampLight::Sampled { Lamps::new(scene) } else { Lamps::default() }
 }
 
-/// Requests of settings to the ground for a scene: those of the method, and those of direct light.
+/// Requests to the ground that follow from settings and scene: those of the method, and those of direct light.
 pub(super) fn wants(settings: &Settings, features: Features) -> Wants {
     let mut wants = Wants { conservative: settings.grid.conservative, ..settings.method.wants(settings) };
     if !features.has(Features::SPECULAR) {
@@ -133,14 +134,14 @@ pub(super) fn wants(settings: &Settings, features: Features) -> Wants {
     wants
 }
 
-/// The settings with those parts of `image` at their defaults that neither lists nor light depend on.
+/// The settings with defaults for those parts of `image` that affect neither lists nor light.
 pub(super) fn of_light(settings: &Settings) -> Settings {
     let (samples, gather_resolution) = (1, GatherResolution::Full);
     let image = ImageSettings { samples, gather_resolution, ..settings.image.clone() };
     Settings { image, ..settings.clone() }
 }
 
-/// Bytes of every resource of a frame, with buffers as large as `counts`. `features`: of the scene.
+/// Bytes of every resource of a frame, with buffers of the size `counts`. `features` are those of the scene.
 pub(super) fn plan(settings: &Settings, features: Features, shape: &ImageShape, counts: &Counts) -> Vec<MemoryRow> {
     let wants = wants(settings, features);
     let mut rows = ground::plan(settings.voxels, &wants, counts);
@@ -149,8 +150,12 @@ pub(super) fn plan(settings: &Settings, features: Features, shape: &ImageShape, 
     rows
 }
 
-/// The description from which the passes over the image are made.
-pub(super) fn image_pass_desc<'a>(desc: &FrameDesc<'a>, method: &dyn Gi, counts: &Counts) -> ImagePassDesc<'a> {
+/// The description of the passes over the image.
+pub(super) fn image_pass_desc<'a>(
+    desc: &FrameDesc<'a>,
+    method: &dyn IndirectMethod,
+    counts: &Counts,
+) -> ImagePassDesc<'a> {
     let settings = desc.settings;
     let features = features(desc);
     let links = shape(desc).gathers.is_some_and(|gathers| gathers.links);
@@ -163,8 +168,8 @@ pub(super) fn image_pass_desc<'a>(desc: &FrameDesc<'a>, method: &dyn Gi, counts:
     }
 }
 
-/// Whether asking for light takes longer than lighting everything: the image has more than a tenth as many pixels and
-/// rays as the lists are expected to hold sides that send light (`docs/notes/costs.md` has the measurements).
+/// Whether requesting light takes longer than lighting everything: pixels and rays exceed a tenth of the expected
+/// number of sides that send light (`docs/notes/costs.md` has the measurements).
 fn sees_most(desc: &FrameDesc, counts: &Counts) -> bool {
     let (width, height) = desc.size;
     let rays = shape(desc).gathered_pixels() * u64::from(desc.settings.of.rays.diffuse);

@@ -1,49 +1,51 @@
-//! How far a frame's light has come: one state machine for the frame, the renderer, the host and the window. It is told
-//! of changes, passes and measurements, and says what the next pass does. A table in `ARCHITECTURE.md` names its
-//! states.
+//! The progress of a frame's light: one state machine for the frame, the renderer, the host and the window. Callers
+//! report changes, passes and measurements, and it decides what the next pass does. A table in `ARCHITECTURE.md` lists
+//! its states.
 
-/// With `bounces = all`: passes after which light counts as settled. A closed room that loses nothing never settles.
+/// With `bounces = all`: the number of passes after which light counts as settled. A closed room that loses no light
+/// never settles.
 pub const MOST_SETTLING: u32 = 64;
 
-/// With `bounces = all`: the share of all light by which one pass may still differ from the one before it.
+/// With `bounces = all`: the largest share of all light by which two successive passes of settled light differ.
 pub const SETTLED: f64 = 1e-3;
 
-/// How far the light has come.
+/// The state of the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightState {
-    /// The method holds no light: the next pass starts without the light of passes before it.
+    /// The method stores no light: the next pass starts without light of earlier passes.
     Unlit,
-    /// The next pass lights what changed, or feedback still adds bounces. `passes` were made since something last
-    /// changed.
+    /// The next pass lights what changed, or feedback still adds bounces. `passes` counts passes since the last change.
     Settling { passes: u32 },
-    /// Feedback has settled: each further pass enters a mean, which has `passes` by now.
+    /// Feedback has settled: each further pass enters a mean, which has `passes` so far.
     Averaging { passes: u32 },
-    /// Further passes would change nothing until something changes in the scene.
+    /// Further passes change nothing until the scene changes.
     Whole,
 }
 
-/// The rules that decide the way through the states.
+/// The rules for transitions between states.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LightRules {
-    /// Each pass goes on from the light of the one before: `bounces = all` with a method that feeds back.
+    /// Whether each pass continues from the light of the previous one: `bounces = all` with a method that supports
+    /// feedback.
     pub feeds: bool,
-    /// Passes of the mean, after which the light stays; absent, every pass after settling enters the mean.
+    /// The number of passes in the mean, after which the light stays; `None` if every pass after settling enters the
+    /// mean.
     pub mean_passes: Option<u32>,
-    /// The caller makes passes until the first light is whole, and measures it after each: a renderer does, a host does
-    /// not.
+    /// Whether the caller makes passes until the first light is whole, and measures it after each. A renderer does, a
+    /// host does not.
     pub waits: bool,
 }
 
-/// The state, and the wait for the first light that is whole.
+/// The state, and whether the first light is still awaited.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightProgress {
     rules: LightRules,
     state: LightState,
-    /// Whether the first light is still waited for.
+    /// Whether the first light is still awaited.
     awaited: bool,
-    /// Passes made during that wait.
+    /// Passes made during this wait.
     awaited_passes: u32,
-    /// Measurements since the light was made first, and the last one.
+    /// The number of measurements since the light was first made, and the last one.
     measurements: u32,
     last: Vec<f64>,
 }
@@ -58,13 +60,13 @@ impl LightProgress {
         self.state
     }
 
-    /// The light is gone, or shall not be gone on from: the next pass starts without it.
+    /// The light is lost or must not be continued: the next pass starts without it.
     pub fn forget(&mut self) {
         *self = Self::new(self.rules);
     }
 
-    /// Something changed that shows in the light. Light that was waited for is still waited for; light that was whole
-    /// is brought along by one pass a frame.
+    /// Something changed that affects the light. Awaited light is still awaited. Light that was whole is updated by one
+    /// pass per frame.
     pub fn changed(&mut self) {
         if self.state != LightState::Unlit {
             self.state = LightState::Settling { passes: 0 };
@@ -76,13 +78,13 @@ impl LightProgress {
         self.state != LightState::Whole
     }
 
-    /// Whether the next pass goes on from the light of the one before.
+    /// Whether the next pass continues from the light of the previous one.
     pub fn has_history(&self) -> bool {
         self.rules.feeds && self.state != LightState::Unlit
     }
 
-    /// The number of the next pass in the mean, from 1 on; 0 before feedback has settled. Random directions stay as
-    /// they are until then: a mean of light that still grows would be too dark.
+    /// The number of the next pass in the mean, starting with 1; 0 before feedback has settled. Until then the random
+    /// directions stay the same, because a mean over growing light would be too dark.
     pub fn mean_pass(&self) -> u32 {
         if let LightState::Averaging { passes } = self.state { passes + 1 } else { 0 }
     }
@@ -101,13 +103,13 @@ impl LightProgress {
         self.end();
     }
 
-    /// Whether [`Self::measured`] is to be called after the next pass, or after the one that was just made.
+    /// Whether [`Self::measured`] is expected after the next pass, or after the one that was just made.
     pub fn is_measured(&self) -> bool {
         self.awaited && matches!(self.state, LightState::Unlit | LightState::Settling { .. })
     }
 
-    /// `light`: all light after the last pass, coarsely. It has settled when it differs little from that of the pass
-    /// before, or after [`MOST_SETTLING`] passes.
+    /// Reports a coarse measurement of all light after the last pass. The light has settled if it differs little from
+    /// that of the previous pass, or after [`MOST_SETTLING`] passes.
     pub fn measured(&mut self, light: Vec<f64>) {
         self.measurements += 1;
         let before = std::mem::replace(&mut self.last, light);
@@ -122,7 +124,7 @@ impl LightProgress {
         }
     }
 
-    /// Ends the mean once it has all its passes, and the wait once no pass is missing.
+    /// Ends the mean once it has all of its passes, and the wait once no pass is missing.
     fn end(&mut self) {
         if let (LightState::Averaging { passes }, Some(all)) = (self.state, self.rules.mean_passes)
             && passes >= all
@@ -135,12 +137,12 @@ impl LightProgress {
         }
     }
 
-    /// Whether passes are still to be made before an image shows the light as the settings ask for it.
+    /// Whether passes are missing before an image shows the light that the settings request.
     pub fn is_awaited(&self) -> bool {
         self.awaited
     }
 
-    /// Passes made while the light was waited for.
+    /// Passes made while the light was awaited.
     pub fn awaited_passes(&self) -> u32 {
         self.awaited_passes
     }
@@ -155,7 +157,7 @@ mod tests {
         LightProgress::new(LightRules { feeds, mean_passes, waits })
     }
 
-    /// A pass after which the light of two cells is measured, if that is asked for.
+    /// Makes a pass, and measures the light of two cells if a measurement is expected.
     fn pass(progress: &mut LightProgress, light: f64) {
         progress.passed();
         if progress.is_measured() {
@@ -184,7 +186,7 @@ mod tests {
             numbers.push((light.has_history(), light.mean_pass()));
             light.passed();
         }
-        // One pass without light before it, those that settle, those of the mean.
+        // One pass without earlier light, then passes that settle, then passes of the mean.
         let settling = std::iter::repeat_n((true, 0), MOST_SETTLING as usize);
         assert_eq!(
             numbers,

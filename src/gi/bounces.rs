@@ -1,35 +1,35 @@
-//! One pass per bounce, for methods that hold a volume for each and light list items.
+//! One pass per bounce, for methods that store a volume for each bounce and light list items.
 
 use crate::Result;
 use crate::ground::constants::{DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ};
 use crate::settings::Bounces;
 
-/// Inputs of the pass that lights one bounce.
+/// Description of the pass that lights one bounce.
 #[derive(Clone, Copy)]
 pub struct BounceDesc {
-    /// 0 or 1.
+    /// The bounce, 0 or 1.
     pub bounce: usize,
-    /// Whether there is light of another bounce to be looked up.
+    /// Whether light of another bounce is looked up.
     pub gathers: bool,
-    /// How the pass treats direct light: a value of the constant `DIRECT`.
+    /// The treatment of direct light: a value of the constant `DIRECT`.
     pub direct: u32,
 }
 
-/// The passes that light things, bounce by bounce.
+/// The passes that light one thing in each bounce.
 pub struct PerBounce<P> {
-    /// Nothing is gathered.
+    /// The first bounce without earlier light.
     pub first: P,
-    /// The first bounce with the last frame's light to gather from; absent unless `bounces = all`.
+    /// The first bounce with the previous frame's light; `None` unless `bounces = all`.
     pub again: Option<P>,
-    /// The second bounce, which gathers from the first; absent with one bounce.
+    /// The second bounce, which gathers from the first; `None` with one bounce.
     pub second: Option<P>,
 }
 
 impl<P> PerBounce<P> {
-    /// `keeps`: the first bounce keeps its direct light for the second one.
+    /// `keeps` says whether the first bounce keeps its direct light for the second one.
     ///
     /// # Errors
-    /// Those of `make`.
+    /// Errors of `make`.
     pub fn new(bounces: Bounces, keeps: bool, make: impl Fn(BounceDesc) -> Result<P>) -> Result<Self> {
         let [first, second] = if keeps { [DIRECT_KEPT, DIRECT_READ] } else { [DIRECT_FOUND; 2] };
         let (again, two) = (bounces == Bounces::All, bounces.stored() > 1);
@@ -40,16 +40,16 @@ impl<P> PerBounce<P> {
         })
     }
 
-    /// Calls `light` for each bounce in its order, with its pass, the volume that is gathered from and the one that is
-    /// filled. `volumes`: one per bounce; `history`: the last one holds the light of the frame before.
+    /// Calls `light` for each bounce in order, with its pass, the volume to gather from and the one to fill. `volumes`
+    /// has one per bounce; with `history`, the last one holds the light of the previous frame.
     pub fn each<V>(&self, volumes: &[V], history: bool, mut light: impl FnMut(&P, Option<&V>, &V)) {
         let [first, rest @ ..] = volumes else { return };
-        // Everything is lit directly and, with all bounces, by what the last frame left, or directly alone;
+        // Everything is lit directly and, with all bounces, by the light of the previous frame.
         match (&self.again, rest) {
             (Some(again), [second]) if history => light(again, Some(second), first),
             _ => light(&self.first, None, first),
         }
-        // then once more, with what it gathers from the first bounce.
+        // Then everything is lit again, with light gathered from the first bounce.
         if let (Some(pass), [second]) = (&self.second, rest) {
             light(pass, Some(first), second);
         }

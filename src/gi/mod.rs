@@ -1,5 +1,4 @@
-//! Global illumination: the methods of the list in `src/settings/methods/mod.rs`, and what a method is to the rest of
-//! the house.
+//! Global illumination: the methods of the list in `src/settings/methods/mod.rs`, and their interface.
 
 mod bounces;
 
@@ -18,7 +17,7 @@ pub use crate::settings::Method;
 use crate::settings::Settings;
 use crate::vk::{Bind, Constant, Context, Image, Recorder};
 
-/// Makes the modules of the list of methods, and what a [`Method`] does by itself.
+/// Declares the modules of the list of methods, and the functions of a [`Method`].
 macro_rules! dispatch {
     ($($(#[$doc:meta])* $variant:ident = $name:literal in $module:ident),+ $(,)?) => {
         $(pub mod $module;)+
@@ -26,23 +25,23 @@ macro_rules! dispatch {
         impl Method {
             /// Requests of the method to the ground.
             pub fn wants(self, settings: &Settings) -> Wants {
-                match self { $(Self::$variant => <$module::Lighting as Gi>::wants(settings)),+ }
+                match self { $(Self::$variant => <$module::Lighting as IndirectMethod>::wants(settings)),+ }
             }
 
-            /// Bytes of everything that it makes, before anything is made.
+            /// Memory of the method's resources, before they are created.
             pub fn plan(self, settings: &Settings) -> Vec<MemoryRow> {
-                match self { $(Self::$variant => <$module::Lighting as Gi>::plan(settings)),+ }
+                match self { $(Self::$variant => <$module::Lighting as IndirectMethod>::plan(settings)),+ }
             }
 
-            /// Compiles its passes and makes its volumes.
+            /// Compiles the method's passes and creates its volumes.
             ///
             /// # Errors
             /// Too little memory, or a lost device.
-            pub fn make(self, maker: &Maker) -> Result<Box<dyn Gi>> {
-                Ok(match self { $(Self::$variant => Box::new(<$module::Lighting as Gi>::new(maker)?)),+ })
+            pub fn make(self, maker: &Maker) -> Result<Box<dyn IndirectMethod>> {
+                Ok(match self { $(Self::$variant => Box::new(<$module::Lighting as IndirectMethod>::new(maker)?)),+ })
             }
 
-            /// The unit of work of the method's passes, by the start of their names.
+            /// The unit of work of the method's passes, by the beginnings of their names.
             pub fn pass_units(self) -> &'static [(&'static str, PassUnit)] {
                 match self { $(Self::$variant => $module::PASS_UNITS),+ }
             }
@@ -51,27 +50,27 @@ macro_rules! dispatch {
 }
 crate::settings::methods!(dispatch);
 
-/// A way to light surfaces by other surfaces. It fills what it likes from the ground, and answers in GLSL
-/// (`glsl/gi/<name>/look_up.glsl`) what light reaches a surface from elsewhere:
-/// - `vec4 look_up_diffuse(Surface s, uvec3 place)`: irradiance/π in stored radiance, the sky included, and the open
-///   share of the hemisphere; `place` is a pixel or a voxel, by which directions may differ;
+/// A method of lighting surfaces by other surfaces. It computes its light from the ground, and its GLSL
+/// (`glsl/gi/<name>/look_up.glsl`) returns the light that a surface receives from other surfaces:
+/// - `vec4 look_up_diffuse(Surface s, uvec3 place)`: irradiance/π in stored radiance, including the sky, and the
+///   unoccluded share of the hemisphere; directions may depend on `place`, which is a pixel or a voxel;
 /// - `METHOD_GATHERS_LOBES` and `vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, out vec3 mirrored)`, with
-///   [`Wants::gathers_lobes`]: the same, and the stored radiance that a rough lobe mirrors of it towards a viewer;
-/// - `void add_glossy(inout Outgoing sent, Surface s, Viewed v)`: adds the light that the surface mirrors and lets
-///   through;
+///   [`Wants::gathers_lobes`]: in addition, the stored radiance that a rough lobe reflects to a viewer;
+/// - `void add_glossy(inout Outgoing sent, Surface s, Viewed v)`: adds the light that the surface reflects specularly
+///   and transmits;
 /// - `const bool FINDS_LAMPS`: whether `add_glossy` also finds sampled lamps;
-/// - `vec3 look_up_specular(Surface s)`, where list items are lit with it: light from where a glossy surface that has
-///   no viewer reflects;
-/// - `METHOD_SHADOWS` and `float method_shadow(…)`, where it has shadows of its own.
+/// - `vec3 look_up_specular(Surface s)`, if it is used to light list items: specular light of a glossy surface without
+///   a viewer;
+/// - `METHOD_SHADOWS` and `float method_shadow(…)`, if the method has its own shadows.
 ///
-/// It knows nothing of windows, files, charts, other methods.
-pub trait Gi: Send {
+/// A method does not depend on windows, files, charts or other methods.
+pub trait IndirectMethod: Send {
     /// Requests of the method to the ground.
     fn wants(settings: &Settings) -> Wants
     where
         Self: Sized;
 
-    /// Bytes of everything that [`Gi::new`] makes.
+    /// Memory of [`IndirectMethod::new`].
     fn plan(settings: &Settings) -> Vec<MemoryRow>
     where
         Self: Sized;
@@ -82,42 +81,42 @@ pub trait Gi: Send {
     where
         Self: Sized;
 
-    /// Where its further grids stand this frame, as many as it asked for. `eye`: in voxels of the base grid.
+    /// The places of the further grids that it requested, for this frame. `eye` is in voxels of the base grid.
     fn grids(&self, _eye: Vec3) -> Vec<GridPlace> {
         Vec::new()
     }
 
-    /// Records the passes from this frame's lists to its light.
+    /// Records the passes that compute its light from this frame's lists.
     fn update(&self, recorder: &mut Recorder, ground: &Ground, update: &Update);
 
-    /// The method, where it lights items on demand; `None` where `update` lights all.
+    /// The method, if it lights items on demand; `None` if `update` lights all.
     fn on_demand(&self) -> Option<&dyn OnDemand> {
         None
     }
 
-    /// Constants that its look-up is compiled with, in addition to the ground's.
+    /// Constants of its look-up, in addition to the ground's.
     fn constants(&self) -> &[Constant];
 
     /// Bindings of its look-up: resources of the method and of the ground.
     fn binds<'a>(&'a self, ground: &'a Ground) -> Vec<Bind<'a>>;
 
-    /// The volumes of faces that it holds, one per bounce.
+    /// Its volumes of faces, one per bounce.
     fn volumes(&self) -> &[LightVolume] {
         &[]
     }
 
-    /// All images that hold its light.
+    /// All images that store its light.
     fn images(&self) -> Vec<&Image> {
         self.volumes().iter().flat_map(|volume| &volume.images).collect()
     }
 
-    /// Numbers that represent, coarsely, all light that the method holds: feedback has settled once they do not change.
+    /// Numbers that coarsely represent all light of the method: feedback has settled once they no longer change.
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {
         self.volumes().last().map(LightVolume::coarse)
     }
 }
 
-/// Inputs from which a method is made.
+/// The description from which a method is made.
 pub struct Maker<'a> {
     pub context: &'a Arc<Context>,
     pub settings: &'a Settings,
@@ -125,29 +124,29 @@ pub struct Maker<'a> {
     pub counts: &'a Counts,
 }
 
-/// Changes since the last frame that a method must know of when it lights this one.
+/// Changes since the last frame that affect the method's light.
 #[derive(Clone, Copy, Debug)]
 pub struct Update {
-    /// The lists, or the method, are new; else both are those of the frame before.
+    /// The lists or the method are new; otherwise both are those of the previous frame.
     pub lists: bool,
-    /// The method holds the light of the frame before, and continues from it.
+    /// The method has the light of the previous frame, and continues from it.
     pub history: bool,
-    /// The method holds only values that the frame before wrote.
+    /// The method only holds values that the previous frame wrote.
     pub known: bool,
-    /// Whether [`Gi::coarse_light`] is going to be asked.
+    /// Whether [`IndirectMethod::coarse_light`] will be read.
     pub measured: bool,
-    /// Whether light comes from beyond the scene.
+    /// Whether the sky emits light.
     pub sky: bool,
 }
 
-/// The unit of work of a pass. Its time is also given per unit.
+/// The unit of work of a pass, per which its time is also reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PassUnit {
     /// Occupied voxels.
     Voxels,
-    /// List items that it makes (and the voxels that it finds occupied).
+    /// List items that the pass makes (and the voxels that it finds occupied).
     MadeItems,
-    /// List items that it walks, and the voxels whose lists they are.
+    /// List items that the pass visits, and the voxels that list them.
     WalkedItems,
     Pixels,
 }

@@ -1,5 +1,5 @@
-//! Packs all textures at full size into one 2D array: the weakest supported device has no dynamic indexing of samplers
-//! and few bindings.
+//! Packs all textures at full size into one 2D array, because the weakest supported device has few bindings and no
+//! dynamic indexing of samplers.
 //!
 //! Each mip chain occupies one rectangle of one layer: level 0, and below it the other levels side by side. GLSL
 //! filters in shader code (`glsl/ground/texture.glsl`). Layers have the size of the largest rectangle or a small
@@ -13,24 +13,24 @@ const LAYERS: u32 = 256;
 
 /// The position of one mip chain.
 #[derive(Clone, Debug)]
-pub struct Place {
+pub struct ChainPlace {
     pub layer: u32,
     pub levels: Vec<TextureLevel>,
 }
 
 #[derive(Clone, Debug)]
 pub struct Atlas {
-    /// In texels.
+    /// Width and height of the array in texels.
     pub width: u32,
     pub height: u32,
     pub layers: u32,
     /// In the order of the packed chains.
-    pub places: Vec<Place>,
+    pub places: Vec<ChainPlace>,
 }
 
 impl Atlas {
-    /// Packs chains, given as the sizes of their levels in texels from the largest on. Without chains the atlas has one
-    /// texel.
+    /// Packs chains, each given as the sizes of its levels in texels, the largest first. Without chains the atlas has
+    /// one texel.
     pub fn pack(chains: &[Vec<(u32, u32)>]) -> Self {
         let rects: Vec<(u32, u32)> = chains.iter().map(|levels| chain_rect(levels)).collect();
         let widest = rects.iter().map(|r| r.0).max().unwrap_or(1);
@@ -43,14 +43,14 @@ impl Atlas {
             .map(packed)
             .min_by_key(|(w, h, corners)| u64::from(*w) * u64::from(*h) * u64::from(layer_count(corners)))
             .expect("there is a first candidate");
-        // Thousands of small textures: fewer layers that are larger.
+        // Thousands of small textures need fewer, larger layers.
         while layer_count(&corners) > LAYERS && fits(&(2 * width, 2 * height)) {
             (width, height, corners) = packed((2 * width, 2 * height));
         }
         let places = chains
             .iter()
             .zip(&corners)
-            .map(|(levels, &(x, y, layer))| Place { layer, levels: place_levels(levels, x, y) })
+            .map(|(levels, &(x, y, layer))| ChainPlace { layer, levels: place_levels(levels, x, y) })
             .collect();
         Self { width, height, layers: layer_count(&corners), places }
     }

@@ -1,8 +1,8 @@
-//! Attributes of recorded triangles at their corners, besides positions: `glsl/ground/attributes.glsl` is the twin.
+//! Attributes of recorded triangles at their corners, except positions: `glsl/ground/attributes.glsl` is the twin.
 //!
-//! Words one after another, corner by corner: normal (3 × f32), then tangent (4), first and second set of uv (2 each)
-//! and colour (4 × f16), each only if the scene's materials read it. Rays and voxels read positions alone, which lie
-//! close together for them. The scene's own vertices are the same words, behind a position in object space.
+//! The words of each corner follow one another: normal (3 × f32), tangent (4), first and second set of uv (2 each) and
+//! colour (4 × f16), each only if the scene's materials read it. Rays and voxels read positions alone, which are stored
+//! contiguously for them. Vertices of the scene have the same words after a position in object space.
 
 use glam::Vec4;
 
@@ -13,21 +13,21 @@ use crate::vk::Format;
 /// Slot of normal textures in `layout::Material::slots`.
 const NORMAL_SLOT: usize = 2;
 
-/// Words of a corner, and where among them tangent, uv and colour begin.
+/// The number of words of a corner, and the offsets of tangent, uv and colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CornerWords {
     pub tangent: Option<usize>,
-    /// Four words where both sets are there.
+    /// The offset of the uv sets: four words if both are present.
     pub uv: Option<usize>,
     pub color: Option<usize>,
     pub count: usize,
 }
 
-/// Of a vertex of the scene.
+/// Words of the position of a scene vertex.
 const POSITION_WORDS: usize = 3;
 
 impl CornerWords {
-    pub fn of(features: Features) -> Self {
+    pub fn of_features(features: Features) -> Self {
         let mut count = 3;
         let mut place = |words: usize| {
             count += words;
@@ -41,38 +41,38 @@ impl CornerWords {
         Self { tangent, uv, color, count }
     }
 
-    /// The words of a recorded triangle's corner, out of those of all.
+    /// The words of one corner of a recorded triangle, from the words of all triangles.
     fn of_corner<'a>(&self, words: &'a [u32], triangle: usize, corner: usize) -> &'a [u32] {
         &words[(3 * triangle + corner) * self.count..][..self.count]
     }
 
-    /// In voxels, unit.
+    /// The unit normal in voxels.
     pub fn normal(&self, words: &[u32], triangle: usize, corner: usize) -> [f32; 3] {
         let words = self.of_corner(words, triangle, corner);
         [0, 1, 2].map(|k| f32::from_bits(words[k]))
     }
 
-    /// Both sets; 0 where the scene needs none.
+    /// Both sets of uv; 0 if the scene does not need them.
     pub fn uv(&self, words: &[u32], triangle: usize, corner: usize) -> [f32; 4] {
         let Some(first) = self.uv else { return [0.0; 4] };
         let words = &self.of_corner(words, triangle, corner)[first..self.color.unwrap_or(self.count)];
         [0, 1, 2, 3].map(|k| words.get(k).map_or(0.0, |&word| f32::from_bits(word)))
     }
 
-    /// White where the scene needs none.
+    /// The vertex colour; white if the scene does not need it.
     pub fn color(&self, words: &[u32], triangle: usize, corner: usize) -> [f32; 4] {
         let Some(first) = self.color else { return [1.0; 4] };
         let words = &self.of_corner(words, triangle, corner)[first..];
         [0, 1, 2, 3].map(|k| half::f16::from_bits((words[k / 2] >> (16 * (k % 2))) as u16).to_f32())
     }
 
-    /// Bytes of a vertex of the scene.
+    /// Bytes of a scene vertex.
     pub fn vertex_bytes(&self) -> usize {
         4 * (POSITION_WORDS + self.count)
     }
 
-    /// How the recording pass reads vertices: location, format, offset in bytes. What is not there is read from where
-    /// something else is, and not used.
+    /// Vertex input of the recording pass: location, format, and offset in bytes. A missing attribute reads another
+    /// one, and is not used.
     pub fn vertex_input(&self) -> [(u32, Format, u32); 5] {
         let at = |place: Option<usize>| place.map_or(0, |place| 4 * (POSITION_WORDS + place) as u32);
         let both_sets = self.uv.is_some_and(|uv| self.color.unwrap_or(self.count) - uv > 2);
@@ -86,7 +86,7 @@ impl CornerWords {
         ]
     }
 
-    /// The vertices of a mesh, one after another.
+    /// The vertices of a mesh, in order.
     pub fn vertices_of(&self, mesh: &Mesh) -> Vec<u32> {
         let mut words = Vec::with_capacity(mesh.positions.len() * (POSITION_WORDS + self.count));
         let both_sets = self.vertex_input()[3].1 == Format::R32G32B32A32_SFLOAT;

@@ -1,18 +1,18 @@
-//! Boxes of voxels, one within the other: light is kept in small voxels where that matters, and in large ones about it.
-//! Box 0 is the base grid; each further one has as many voxels, a quarter as wide, and what it holds is not listed in
-//! the one about it. Exact rays need none of them. GLSL twin: `glsl/ground/boxes.glsl`.
+//! Nested boxes of voxels: light is stored in small voxels where that matters, and in larger ones around it. Box 0 is
+//! the base grid. Each further box has as many voxels, a quarter as wide, and its content is not listed in the box
+//! around it. Exact rays do not need boxes. GLSL twin: `glsl/ground/boxes.glsl`.
 
 use glam::Vec3;
 
-/// `MOST_BOXES` of `glsl/ground/layout.glsl`: the smallest voxels are 4⁵ times smaller than the base grid's.
+/// `MOST_BOXES` of `glsl/ground/layout.glsl`: the smallest voxels are 4⁵ times smaller than those of the base grid.
 pub const MOST_BOXES: usize = 5;
 
-/// Edge of a voxel over that of one in the next smaller box.
+/// The edge of a voxel over that in the next smaller box.
 pub const FACTOR: f64 = 4.0;
 
-/// Where each of `count` boxes within a base grid of `edge` voxels begins, in its voxels, about a point. They move by
-/// two voxels of the box about them, so that a camera that moves a little leaves them where they are, and are never
-/// outside of it.
+/// The least corner of each of `count` boxes around the point `about`, in voxels of a base grid of `edge` voxels. A box
+/// moves in steps of two voxels of the box around it, so that small motion of the camera does not move it, and never
+/// leaves that box.
 pub fn corners(edge: u32, count: u32, about: Vec3) -> [[f32; 3]; MOST_BOXES] {
     let mut corners = [[0.0; 3]; MOST_BOXES];
     let (mut least, mut side) = (Vec3::ZERO, edge as f32);
@@ -43,7 +43,7 @@ mod tests {
                     corner.cmpge(least).all() && (corner + inner).cmple(least + side).all(),
                     "{corner} of {number}"
                 );
-                let in_voxels = corner * 4f32.powi(number as i32); // of the box about it
+                let in_voxels = corner * 4f32.powi(number as i32); // in voxels of the box around it
                 assert_eq!(in_voxels, in_voxels.round());
                 let held = about.clamp(least, least + side);
                 assert!(held.cmpge(corner).all() && held.cmple(corner + inner).all(), "{about} is not in {number}");

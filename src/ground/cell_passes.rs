@@ -1,5 +1,5 @@
-//! The passes that fill a volume from lit list items, by lists of occupied cells, and empty it again. Methods differ in
-//! the volume and in the shaders, which stand in a folder of the method's own.
+//! Passes that fill a volume from lit list items, by lists of occupied cells, and that empty it again. Methods differ
+//! in the volume and in the shaders, which are in the folder of the method.
 
 use super::cells::LIT_COUNTS;
 use std::sync::Arc;
@@ -10,10 +10,10 @@ use super::volume::LightVolume;
 use crate::Result;
 use crate::vk::{Bind, Compute, ComputeDesc, Constant, Context, Recorder, ZoneKind};
 
-/// Workgroups of 64 threads; each goes through many cells, most of which are occupied again.
+/// Workgroups of 64 threads. Each visits many cells, most of which are occupied again.
 const EMPTYING_GROUPS: u32 = 16;
 
-/// Empties voxels that the frame before filled and this one does not. Reads: both frames' cells. Writes: a volume.
+/// Empties voxels that the previous frame filled and this one does not. Reads: cells of both frames. Writes: a volume.
 pub struct EmptyCells {
     empty: Compute,
 }
@@ -23,7 +23,8 @@ impl EmptyCells {
         Ok(Self { empty: Compute::new(context, &ComputeDesc { label: "empty", shader, constants })? })
     }
 
-    /// `known`: whether the volume holds what the frame before filled and nothing else; else all of it is emptied.
+    /// `known` says whether the volume holds only voxels that the previous frame filled; otherwise all of it is
+    /// emptied.
     pub fn record(&self, r: &mut Recorder, ground: &Ground, volume: &LightVolume, known: bool) {
         let lists = ground.base();
         r.zone(["empty 1", "empty 2"][volume.bounce], ZoneKind::Compute, volume.bytes(0..volume.levels), |r| {
@@ -47,8 +48,8 @@ impl EmptyCells {
     }
 }
 
-/// Lights the lists' items, then fills the occupied voxels. Reads: lists, triangles, materials, lights, lamps, kept
-/// direct light, and what a look-up binds. Writes: item lights, kept direct light, level 0 of a volume.
+/// Lights the items of the lists, then fills the occupied voxels. Reads: lists, triangles, materials, lights, lamps,
+/// kept direct light, and bindings of the look-up. Writes: item lights, kept direct light, level 0 of a volume.
 pub struct FillCells {
     light: Compute,
     fills: Vec<Compute>,
@@ -59,13 +60,13 @@ pub struct FillCells {
 #[derive(Clone, Copy)]
 pub struct FillDesc<'a> {
     pub label: &'static str,
-    /// The method's: of `light.comp` and `fill.comp`.
+    /// The method's folder with `light.comp` and `fill.comp`.
     pub folder: &'a str,
-    /// Forms of `fill.comp`, each filling a part of the volume: `""`, or a space and a macro.
+    /// Forms of `fill.comp`, each of which fills a part of the volume: `""`, or a space and a macro.
     pub forms: &'a [&'a str],
-    /// Whether there is light to be looked up.
+    /// Whether light of an earlier bounce is looked up.
     pub gathers: bool,
-    /// A value of the constant `DIRECT`.
+    /// The value of the constant `DIRECT`.
     pub direct: u32,
     pub constants: &'a [Constant],
 }
@@ -84,7 +85,7 @@ impl FillCells {
         })
     }
 
-    /// `look_up`: what the method's look-up binds.
+    /// `look_up` holds the bindings of the method's look-up.
     pub fn record(&self, recorder: &mut Recorder, ground: &Ground, target: &LightVolume, look_up: Vec<Bind<'_>>) {
         let lists = ground.base();
         let bytes = lists.item_lights.bytes() + target.bytes(0..1);
@@ -102,13 +103,13 @@ impl FillCells {
     }
 }
 
-/// Mips, level by level, of the parents of occupied cells. Reads: level k − 1. Writes: level k.
+/// Mips of the parents of occupied cells, level by level. Reads: level k − 1. Writes: level k.
 pub struct MipCells {
     mips: Vec<Compute>,
 }
 
 impl MipCells {
-    /// `folder`: of the method's `mips.comp`; `forms` as of [`FillDesc`].
+    /// `folder` is that of the method's `mips.comp`; `forms` are as in [`FillDesc`].
     pub fn new(context: &Arc<Context>, folder: &str, forms: &[&str], constants: &[Constant]) -> Result<Self> {
         let mips = |form: &&str| {
             let shader = format!("gi/{folder}/mips.comp{form}");

@@ -1,5 +1,5 @@
-//! Lists of the occupied cells of every level of a grid, so that passes go through these alone.
-//! Reads: voxel cells, counters. Writes: cell counts, parents. Twin: `tests/twins/cells.rs`.
+//! Lists of the occupied cells on every level of a grid, so that passes visit only these. Reads: voxel cells, counters.
+//! Writes: cell counts, parents. Twin: `tests/twins/cells.rs`.
 
 use std::sync::Arc;
 
@@ -8,23 +8,24 @@ use super::lists::Lists;
 use crate::Result;
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Context, Recorder, ZoneKind};
 
-/// Where the count of the items that are lit stands among those of the levels; as in `glsl/ground/constants.glsl`.
+/// The entry of the counts for lit items; as in `glsl/ground/constants.glsl`.
 pub const LIT_COUNTS: u32 = 15;
-/// Place of the count of lit items before the pass that adds twins to them (`glsl/ground/split.comp`).
+/// The entry for lit items before a pass adds twins to them (`glsl/ground/split.comp`).
 const CHOSEN_COUNTS: u32 = 14;
-/// Where the count of those stands that a second bounce lights, where light is made on demand.
+/// The entry for items that a second bounce lights, with light on demand.
 pub const SECOND_COUNTS: u32 = 13;
 
-/// Of all items: what passes that light them can be cut into; as in `glsl/ground/constants.glsl`.
+/// The number of shares of all items into which passes that light them can be split; as in
+/// `glsl/ground/constants.glsl`.
 const ITEM_SHARES: u32 = 1024;
 
 /// The occupied cells of one frame.
 pub struct CellLists {
-    /// Of the finest level, by the voxeliser.
+    /// Cells of the finest level, written by the voxeliser.
     pub cells: Buffer,
-    /// Of all coarser levels, one after the other; each has room for all of its level.
+    /// Cells of all coarser levels, one level after another; each has room for all cells of its level.
     pub parents: Buffer,
-    /// A [`ListCount`] per level, and one of the lists' items that are lit.
+    /// A [`ListCount`] per level, and one for lit items.
     pub counts: Buffer,
     /// Cells along the edge of the finest level.
     edge: u32,
@@ -41,14 +42,14 @@ impl CellLists {
         })
     }
 
-    /// The list of `level`, to be bound as `cells`, and what its shaders are told.
+    /// The list of `level` to be bound as `cells`, and the push constants of its shaders.
     pub fn level(&self, level: u32) -> (Bind<'_>, LevelPush) {
         let list = if level == 0 { &self.cells } else { &self.parents };
         (Bind::buffer("cells", list), LevelPush { level, first: first_parent(level, self.edge) })
     }
 
-    /// A thread per item of the list with that `entry` of the counts, in parts, for pipelines that light items
-    /// (`glsl/ground/light_items.glsl`). `binds`: besides the lists.
+    /// Runs a thread per item of the list `entry`, in several parts, for pipelines that light items
+    /// (`glsl/ground/light_items.glsl`). `binds` are additional bindings.
     pub fn light_items<'a>(
         &'a self,
         recorder: &mut Recorder,
@@ -64,8 +65,7 @@ impl CellLists {
         });
     }
 
-    /// A thread per item of the list with that `entry` of the counts, all at once; `pipeline` may add items to the list
-    /// meanwhile.
+    /// Runs a thread per item of the list `entry` in one dispatch. `pipeline` may append items to the list meanwhile.
     pub fn dispatch_chosen<'a>(
         &'a self,
         recorder: &mut Recorder,
@@ -75,11 +75,11 @@ impl CellLists {
     ) {
         let place = |entry: u32| self.counts.at(count_offset(entry));
         recorder.copy_range(place(entry), place(CHOSEN_COUNTS), size_of::<ListCount>() as u64);
-        recorder.full_barrier(); // the count stands still
+        recorder.full_barrier(); // the count no longer changes
         self.dispatch(recorder, pipeline, binds, CHOSEN_COUNTS);
     }
 
-    /// Empties the lists of the items that are to be lit.
+    /// Empties the lists of items to be lit.
     pub fn empty_items(&self, recorder: &mut Recorder) {
         for entry in [LIT_COUNTS, SECOND_COUNTS] {
             recorder.update(
@@ -90,8 +90,8 @@ impl CellLists {
         }
     }
 
-    /// As many threads as the `entry` of the counts says: a level's number, one per occupied cell, or [`LIT_COUNTS`],
-    /// one per item that is lit; items stand in the finest level's cells. `binds`: besides the lists.
+    /// Runs as many threads as the `entry` of the counts says: one per occupied cell of a level, or one per lit item
+    /// for [`LIT_COUNTS`]. Items belong to cells of the finest level. `binds` are additional bindings.
     pub fn dispatch<'a>(&'a self, recorder: &mut Recorder, pipeline: &Compute, mut binds: Vec<Bind<'a>>, entry: u32) {
         let (list, push) = self.level(if entry < SECOND_COUNTS { entry } else { 0 });
         binds.extend([list, Bind::buffer("cell_counts", &self.counts)]);
@@ -100,12 +100,12 @@ impl CellLists {
     }
 }
 
-/// Bytes before an entry of the counts.
+/// The offset of an entry of the counts in bytes.
 fn count_offset(entry: u32) -> u64 {
     u64::from(entry) * size_of::<ListCount>() as u64
 }
 
-/// Where the list of `level` starts among the parents.
+/// The index at which the list of `level` starts among the parents.
 fn first_parent(level: u32, edge: u32) -> u32 {
     (1..level).map(|k| (edge >> k).pow(3)).sum()
 }
@@ -118,7 +118,7 @@ pub fn counts_bytes() -> u64 {
     u64::from(LIT_COUNTS + 1) * size_of::<ListCount>() as u64
 }
 
-/// A bit per parent.
+/// Bytes of one bit per parent.
 pub fn listed_bytes(edge: u32) -> u64 {
     (parents_bytes(edge) / 32).next_multiple_of(4)
 }
@@ -138,7 +138,7 @@ impl Cells {
     pub fn record(&self, recorder: &mut Recorder, lists: &Lists) {
         let cells = &lists.cells;
         recorder.zone("cells", ZoneKind::Compute, cells.parents.bytes(), |r| {
-            r.full_barrier(); // voxelise wrote the cells, the frame before read the lists
+            r.full_barrier(); // voxelise wrote the cells, and the previous frame read the lists
             r.fill(&lists.listed, 0, lists.listed.bytes(), 0);
             let counted = [
                 Bind::buffer("globals", &lists.globals),
@@ -147,7 +147,7 @@ impl Cells {
                 Bind::buffer("cell_counts", &cells.counts),
             ];
             r.dispatch(&self.count, &self.count.select(&counted), &(), [1; 3]);
-            r.full_barrier(); // the bits are reset, the voxels counted
+            r.full_barrier(); // the bits are reset, and the voxels are counted
             let binds = vec![Bind::buffer("parents", &cells.parents), Bind::buffer("listed", &lists.listed)];
             cells.dispatch(r, &self.parents, binds, 0);
         });

@@ -7,19 +7,19 @@ use crate::scene::{Alpha, Scene};
 use crate::settings::{DirectLight, Settings};
 use crate::vk::Constant;
 
-/// Values of `DIRECT`: direct light is found; found and kept; or the kept light is read.
+/// Values of `DIRECT`: direct light is computed; computed and kept; or the kept light is read.
 pub const DIRECT_FOUND: u32 = 0;
 pub const DIRECT_KEPT: u32 = 1;
 pub const DIRECT_READ: u32 = 2;
-/// Values of `LIT`: each list item is lit, or one for all that are alike.
+/// Values of `LIT`: each list item is lit, or one item for each group of a voxel's similar triangles.
 pub const LIT_EACH: u32 = 0;
-pub const LIT_ALIKE: u32 = 1;
+pub const LIT_GROUPED: u32 = 1;
 
-/// A metal that is rougher sends what it mirrors as a lobe: the root of `LEAST_ITEM_ALPHA` in
-/// `glsl/gi/rays/item_lobes.glsl`.
+/// The least roughness at which a metal reflects light as a lobe instead of as a mirror: the square root of
+/// `LEAST_ITEM_ALPHA` in `glsl/gi/rays/item_lobes.glsl`.
 const MIRROR_ROUGHNESS: f32 = 0.388;
 
-/// Shader features that a scene and its settings need: bits of the constant `FEATURES`.
+/// Shader features that a scene and its settings need, as bits of the constant `FEATURES`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features(pub u32);
 
@@ -33,27 +33,27 @@ impl Features {
     pub const SKY_GRADIENT: Self = Self(1 << 17);
     pub const SKY_MAP: Self = Self(1 << 18);
 
-    /// A texture uses the second set of uv.
+    /// Whether a texture uses the second set of uv.
     pub const SECOND_UV: Self = Self(1 << 19);
-    /// Some vertex is not white.
+    /// Whether some vertex is not white.
     pub const COLORS: Self = Self(1 << 20);
-    /// A texture in any slot.
+    /// Whether any slot has a texture.
     pub const TEXTURES: Self = Self(0xff00);
     pub const CLEARCOAT: Self = Self(1 << 21);
     pub const SHEEN: Self = Self(1 << 22);
     pub const ANISOTROPY: Self = Self(1 << 23);
     pub const IRIDESCENCE: Self = Self(1 << 24);
     pub const DIFFUSE_TRANSMISSION: Self = Self(1 << 25);
-    /// One of these five has a texture.
+    /// Whether one of these five has a texture.
     pub const FINISH_TEXTURES: Self = Self(1 << 26);
-    /// One of these reads tangents.
+    /// Whether one of these reads tangents.
     pub const TANGENTS: Self = Self(1 << 27);
-    /// Some material may be a smooth metal.
+    /// Whether some material may be a smooth metal.
     pub const MIRRORS: Self = Self(1 << 28);
-    /// Rays are the device's own queries.
+    /// Whether rays are traced by the device's ray queries.
     pub const QUERY: Self = Self(1 << 29);
 
-    /// Some material has a texture in slot `slot` of `layout::Material::slots`.
+    /// Whether some material has a texture in slot `slot` of `layout::Material::slots`.
     pub const fn texture_slot(slot: usize) -> Self {
         Self(256 << slot)
     }
@@ -62,8 +62,8 @@ impl Features {
         self.0 & other.0 != 0
     }
 
-    /// Features needed by the settings and by the materials in use: features that are not needed cost nothing.
-    pub fn of(scene: &Scene, settings: &Settings) -> Self {
+    /// Features needed by the settings and by the materials in use. Other features cost nothing.
+    pub fn of_settings(scene: &Scene, settings: &Settings) -> Self {
         Self::of_scene(scene).and(Self::DIRECT_PER_PIXEL, settings.image.direct == DirectLight::Pixels)
     }
 
@@ -72,7 +72,7 @@ impl Features {
         if when { Self(self.0 | other.0) } else { self }
     }
 
-    /// Features that the scene needs, whatever the settings.
+    /// Features that the scene needs with any settings.
     pub fn of_scene(scene: &Scene) -> Self {
         let mut bits = 0;
         let mut ask = |feature: Self, when: bool| bits |= if when { feature.0 } else { 0 };
@@ -100,7 +100,7 @@ impl Features {
             ask(Self::IRIDESCENCE, finish.iridescence.factor > 0.0);
             ask(Self::DIFFUSE_TRANSMISSION, finish.diffuse_transmission.factor > 0.0);
             ask(Self::TANGENTS, finish.anisotropy.strength > 0.0 || finish.clearcoat.normal_texture.is_some());
-            // Layers reflect too.
+            // Coat and sheen reflect too.
             ask(Self::SPECULAR, finish.clearcoat.factor > 0.0 || finish.sheen.color != Vec3::ZERO);
         }
         ask(Self::COLORS, scene.meshes.iter().any(|mesh| mesh.colors.iter().any(|&color| color != Vec4::ONE)));
@@ -133,7 +133,7 @@ pub fn constants(settings: &Settings, features: Features) -> Vec<Constant> {
     ]
 }
 
-/// `constants` with other values for some of them.
+/// `constants`, with some values replaced by `others`.
 pub fn with(mut constants: Vec<Constant>, others: &[Constant]) -> Vec<Constant> {
     constants.retain(|(name, _)| others.iter().all(|(other, _)| other != name));
     constants.extend(others);

@@ -1,4 +1,4 @@
-//! How much of everything a scene brings, and how buffers grow that turned out too small.
+//! Sizes of the scene's data and of buffers that grow, and the growth of buffers that were too small.
 
 use super::attributes::CornerWords;
 use super::constants::Features;
@@ -9,42 +9,43 @@ use super::tree::groups::TreeSize;
 use super::tree::queries::QueryPlan;
 use crate::scene::{Alpha, Scene};
 
-/// Blended surfaces over each other for which there is room at first: a frame that lacks it is made once more.
+/// The number of overlapping blended surfaces that buffers can hold at first. A frame that needs more is repeated.
 const BLENDED_LAYERS: u32 = 4;
-/// Parts beyond which cutting rows that are shaded at once does not help.
+/// The maximum number of parts into which rows that are shaded at once are split.
 const MOST_BLENDED_PARTS: u32 = 4096;
 
-/// How much of everything a scene brings, and how much the buffers that grow hold.
+/// Sizes of the scene's data, and capacities of buffers that grow.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Counts {
     pub instances: u32,
     pub triangles: u32,
     pub blended: u32,
     pub lights: u32,
-    /// Of the sky's map and its levels, on the device.
+    /// Words of the sky's map and its levels on the device.
     pub sky_words: u32,
-    /// Pieces of lamps.
+    /// The number of lamp pieces.
     pub lamps: u32,
     pub triangle_capacity: u32,
-    /// Of the attributes of a triangle's corner.
+    /// Words of the attributes of a triangle's corner.
     pub corner_words: u32,
-    /// Of the boxes about them, where rays are traced.
+    /// The size of the tree, if rays are traced.
     pub tree: TreeSize,
-    /// Where rays are the device's own queries.
+    /// The plan of the acceleration structure, if the device's ray queries trace rays.
     pub query: Option<QueryPlan>,
-    /// Room for samples that see blended triangles, where there are any, [`MOST_AT_ONCE`] where that is enough,
+    /// The capacity for samples that see blended triangles, [`MOST_AT_ONCE`] if that suffices.
     pub blended_samples: u32,
-    /// and how many parts rows are cut into that are shaded at once, so that it is.
+    /// The number of parts into which rows that are shaded at once are split, so that it suffices.
     pub blended_parts: u32,
-    /// Of every grid, the base grid first.
+    /// Capacities of every grid, the base grid first.
     pub lists: Vec<ListCapacity>,
-    /// Sides of items that send light, as many as the base grid was expected to list before anything was.
+    /// The estimated number of items' sides that send light in the base grid before the first frame.
     pub expected_sides: u32,
 }
 
 impl Counts {
-    /// Room for every triangle of `scene`. `lamps`: pieces; `lists`: of every grid; `samples`: of the image.
-    pub fn of(scene: &Scene, lamps: u32, tree: TreeSize, lists: Vec<ListCapacity>, samples: u32) -> Self {
+    /// Capacities for every triangle of `scene`. `lamps` counts pieces, `lists` has capacities of every grid, and
+    /// `samples` is that of the image.
+    pub fn of_scene(scene: &Scene, lamps: u32, tree: TreeSize, lists: Vec<ListCapacity>, samples: u32) -> Self {
         let is_blended = |mesh: usize| scene.materials[scene.meshes[mesh].material].alpha == Alpha::Blend;
         let blended = scene.instances.iter().filter(|i| is_blended(i.mesh));
         let blended = blended.map(|i| scene.meshes[i.mesh].indices.len() / 3).sum::<usize>() as u32;
@@ -59,7 +60,7 @@ impl Counts {
             sky_words: scene.sky_map.as_ref().map_or(1, |map| map.words.len() as u32),
             lamps,
             triangle_capacity,
-            corner_words: CornerWords::of(Features::of_scene(scene)).count as u32,
+            corner_words: CornerWords::of_features(Features::of_scene(scene)).count as u32,
             tree,
             query: None,
             blended_samples: seen_blended.min(MOST_AT_ONCE),
@@ -69,11 +70,11 @@ impl Counts {
         }
     }
 
-    /// Capacities that hold the numbers in `counters` (one per grid, as the device left them); unchanged where nothing
+    /// Capacities that can hold the numbers in `counters` (one per grid, as read from the device); unchanged if nothing
     /// overflowed.
     pub fn grown(&self, counters: &[Globals]) -> Self {
         let grown = |capacity: u32, needed: u32, overflow: u32| {
-            // An eighth to spare: a moving scene does not grow again at once.
+            // An eighth is spare, so that a moving scene does not grow again at once.
             if overflow == 0 { capacity } else { needed.saturating_add(needed / 8) }
         };
         let base = &counters[0];
@@ -83,7 +84,7 @@ impl Counts {
             ..*capacity
         });
         let samples = grown(self.blended_samples, base.blended_samples, base.blended_samples);
-        // Rows of a single sample across that see too much have to fit all the same.
+        // Even a single sample per row may see more than the limit, and its row must still fit.
         let parts = if self.blended_parts < MOST_BLENDED_PARTS { samples.div_ceil(MOST_AT_ONCE) } else { 1 };
         Self {
             triangle_capacity: grown(self.triangle_capacity, base.vertex_count / 3, base.triangle_overflow),
@@ -101,7 +102,7 @@ mod tests {
 
     #[test]
     fn room_for_blended_samples_grows_to_its_most_and_then_rows_are_cut() {
-        let mut counts = Counts::of(
+        let mut counts = Counts::of_scene(
             &Scene::empty("veils"),
             0,
             TreeSize::default(),

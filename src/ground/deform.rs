@@ -1,5 +1,6 @@
-//! Deform: skins and morph targets move the scene's vertices, once for every pose, before they are recorded. Reads:
-//! deform words, deform pose. Writes: scene vertices. Twin: `src/scene/deform.rs`, held by `tests/device/deform.rs`.
+//! Deform: skins and morph targets move the scene's vertices once for every pose, before they are recorded. Reads:
+//! deform words, deform pose. Writes: scene vertices. Twin: `src/scene/deform.rs`, compared by
+//! `tests/device/deform.rs`.
 
 use std::sync::Arc;
 
@@ -15,20 +16,20 @@ use crate::vk::{self, Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, R
 /// As in the shader.
 const HAS_TANGENTS: u32 = 1;
 const FLAT: u32 = 2;
-/// Of an undeformed vertex, and of a target's difference.
+/// Words of an undeformed vertex, and of a target's difference.
 const BASE_WORDS: usize = 9;
 
-/// Data that deforms a scene's vertices, still on the CPU.
+/// Data that deforms a scene's vertices, on the CPU.
 #[derive(Clone, Default)]
 pub struct DeformPacked {
-    /// Mesh by mesh: undeformed vertices, then the targets' differences, then influences.
+    /// For each mesh: undeformed vertices, the targets' differences, and influences.
     words: Vec<u32>,
     meshes: Vec<DeformPush>,
-    /// Of all that a pose gives: joints, then weights, deformer by deformer.
+    /// The number of floats of a pose: joints, then weights, for each deformer.
     pose_floats: usize,
 }
 
-/// The data of [`DeformPacked`] on the device; only made for scenes in which something deforms.
+/// The data of [`DeformPacked`] on the device, which exists only for scenes with deforming meshes.
 pub struct DeformOnGpu {
     words: Buffer,
     pose: Buffer,
@@ -37,7 +38,7 @@ pub struct DeformOnGpu {
 }
 
 impl DeformPacked {
-    /// `first_vertex`: of every mesh.
+    /// `first_vertex` holds the first vertex of every mesh.
     pub fn new(scene: &Scene, corner: CornerWords, first_vertex: &[i32]) -> Self {
         let mut packed = Self::default();
         let vertex_words = corner.vertex_bytes() / 4;
@@ -86,7 +87,7 @@ impl DeformPacked {
         self.words.extend(deform.skin.iter().flat_map(|(joint, weight)| [*joint, weight.to_bits()]));
     }
 
-    /// No rows where nothing deforms.
+    /// Memory of the deformation; empty without deforming meshes.
     pub fn plan(&self) -> Vec<MemoryRow> {
         if self.meshes.is_empty() {
             return Vec::new();
@@ -95,7 +96,7 @@ impl DeformPacked {
     }
 
     /// # Errors
-    /// Too little memory, or the device is lost.
+    /// There is too little memory, or the device is lost.
     pub fn upload(&self, context: &Arc<Context>) -> Result<Option<DeformOnGpu>> {
         let [_, (_, pose_bytes)] = self.plan()[..] else { return Ok(None) };
         let desc = ComputeDesc { label: "deform", shader: "ground/deform.comp", constants: &[] };
@@ -109,7 +110,7 @@ impl DeformPacked {
 }
 
 impl DeformOnGpu {
-    /// Records that `vertices`, the scene's, are those of the pose from now on.
+    /// Records the deformation of the scene's `vertices` to a pose.
     pub fn record(&self, recorder: &mut Recorder, vertices: &Buffer, pose: &Pose) {
         let floats = pose.deforms.iter().flat_map(|of| {
             let joints = of.joints.as_flattened().as_flattened();
@@ -118,7 +119,7 @@ impl DeformOnGpu {
         let floats: Vec<f32> = floats.collect();
         let bytes = self.meshes.iter().map(|mesh| 4 * u64::from(mesh.vertices * mesh.vertex_words)).sum();
         recorder.zone("deform", ZoneKind::Compute, bytes, |r| {
-            r.full_barrier(); // the frame before read the pose and the vertices
+            r.full_barrier(); // the previous frame read the pose and the vertices
             r.update(&self.pose, 0, &floats);
             r.full_barrier();
             let binds = [

@@ -1,8 +1,8 @@
-//! How many list items a scene's triangles make, before anything is voxelised.
+//! Estimates the number of list items of a scene's triangles before voxelisation.
 //!
-//! A convex body touches as many cells of an infinite grid, in the mean over where the grid stands, as cells go into
-//! the volume of its Minkowski sum with one of them (Santaló, "Integral Geometry and Geometric Probability"). Of a
-//! triangle and a cube of edge 1 that is 1 + Σ extents + Σ areas projected along the axes.
+//! The expected number of cells that a convex body touches, over random positions of an infinite grid, is the volume of
+//! its Minkowski sum with a cell, in cells (Santaló, "Integral Geometry and Geometric Probability"). For a triangle and
+//! a cube of edge 1 that is 1 + Σ extents + Σ areas projected along the axes.
 
 use glam::{DAffine3, DVec3, Vec3Swizzles};
 use rayon::prelude::*;
@@ -10,18 +10,18 @@ use rayon::prelude::*;
 use super::grid::Grid;
 use crate::scene::{Instance, Scene};
 
-/// Instances that one thread takes at a time.
+/// Instances per thread.
 const PART: usize = 1 << 12;
 
-/// List items, and the sides of them that send light: two of a double-sided triangle's.
+/// Numbers of list items, and of their sides that send light: two for a double-sided triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Expected {
     pub items: f64,
     pub sides: f64,
 }
 
-/// Over all instances where they stand. Of what reaches beyond the grid, no more is counted than its box has of the
-/// grid.
+/// The sum over all instances in the world. Triangles that extend beyond the grid count by the share of their box
+/// within it.
 pub fn expected_items(scene: &Scene, world_from_instance: &[DAffine3], grid: &Grid) -> Expected {
     let edge = f64::from(grid.edge);
     let of_instance = |(instance, world): (&Instance, &DAffine3)| {
@@ -46,7 +46,7 @@ pub fn expected_items(scene: &Scene, world_from_instance: &[DAffine3], grid: &Gr
     let of_part = |(instances, worlds): (&[Instance], &[DAffine3])| {
         instances.iter().zip(worlds).map(of_instance).fold(Expected::default(), sum)
     };
-    // In a fixed order, so that the sum is always the same.
+    // The order is fixed, so that the sum is always the same.
     let parts = scene.instances.par_chunks(PART).zip(world_from_instance.par_chunks(PART));
     parts.map(of_part).collect::<Vec<_>>().into_iter().fold(Expected::default(), sum)
 }
@@ -68,10 +68,10 @@ mod tests {
             let grid = Grid { corner: DVec3::ZERO, voxel_m, edge, boxes: 0, about: None };
             expected_items(&scene, &[DAffine3::from_scale(DVec3::splat(scale))], &grid).items
         };
-        // Two halves of a square of 6 m: each reaches 1 + 6 + 6 + 18 voxels of 1 m.
+        // Two halves of a square of 6 m: each touches 1 + 6 + 6 + 18 voxels of 1 m.
         assert_eq!(items(2.0, 1.0, 16), 62.0);
         assert_eq!(items(2.0, 2.0, 16), 2.0 * (1.0 + 6.0 + 4.5));
-        // Of a square of 300 m from 100 m on, a grid of 200 m has a third along each axis.
+        // The grid of 200 m contains a third of the square's 300 m along each axis.
         assert_eq!(items(100.0, 2.0, 100), 2.0 * (1.0 + 100.0 + 2500.0));
         assert_eq!(items(100.0, 1.0, 64), 0.0);
     }

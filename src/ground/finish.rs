@@ -1,5 +1,5 @@
-//! Optional material extensions ([`Finish`]) as the device reads them: rows of four words behind the texture levels, so
-//! that scenes without them hold no byte more, and no further binding is needed. `glsl/ground/finish.glsl` is the twin.
+//! Optional material extensions ([`Finish`]) on the device: rows of four words after the texture levels, so that scenes
+//! without them take no memory, and no further binding is needed. `glsl/ground/finish.glsl` is the twin.
 
 use std::collections::BTreeSet;
 
@@ -10,12 +10,12 @@ use crate::scene::{Scene, sheen};
 /// `MATERIAL_FINISH_SHIFT` of the twin.
 const FLAGS_SHIFT: u32 = 4;
 
-/// Of one material. The slots' layers are numbers of chains until these are placed.
+/// Packed extensions of one material. The layers of slots are numbers of chains until these are placed.
 #[derive(Clone, Debug)]
 pub struct PackedFinish {
-    /// Among the materials.
+    /// Index of the material.
     pub material: usize,
-    /// Five rows; the last word is where the sheen's table begins.
+    /// Five rows; the last word is the start of the sheen's table.
     factors: [f32; 20],
     pub slots: [TextureSlot; 10],
 }
@@ -36,7 +36,7 @@ impl PackedFinish {
         Self { material, factors: std::array::from_fn(|i| factors[i / 4][i % 4]), slots }
     }
 
-    fn words(&self, sheen_table: u32) -> Vec<u32> {
+    fn packed(&self, sheen_table: u32) -> Vec<u32> {
         let mut words: Vec<u32> = self.factors.iter().map(|x| x.to_bits()).collect();
         words[19] = sheen_table;
         for s in &self.slots {
@@ -48,13 +48,13 @@ impl PackedFinish {
     }
 }
 
-/// Adds the rows to `levels`, and to the materials where theirs begin.
+/// Appends the rows to `levels`, and sets their start in the materials.
 pub fn append(finishes: &[PackedFinish], materials: &mut [Material], levels: &mut Vec<TextureLevel>) {
     if finishes.is_empty() {
         return;
     }
     let mut push = |words: &[u32]| {
-        // Row 0 stands for none.
+        // Row 0 means that there are none.
         if levels.is_empty() {
             levels.push(bytemuck::Zeroable::zeroed());
         }
@@ -72,19 +72,23 @@ pub fn append(finishes: &[PackedFinish], materials: &mut [Material], levels: &mu
     };
     let table = push(&table);
     for finish in finishes {
-        materials[finish.material].flags |= push(&finish.words(table)) << FLAGS_SHIFT;
+        materials[finish.material].flags |= push(&finish.packed(table)) << FLAGS_SHIFT;
     }
 }
 
-/// The approximations that the renderer makes for the scene's materials, a sentence each: `docs/materials.md` says by
-/// how much.
+/// One sentence for each approximation that the renderer makes for the scene's materials. `docs/materials.md` has their
+/// errors.
 pub fn approximated(scene: &Scene) -> Vec<String> {
     type Has = fn(&Finish) -> bool;
     let kinds: [(&str, &str, Has); 6] = [
-        ("a clearcoat", "light that is not direct meets it along one more look", |f| f.clearcoat.factor > 0.0),
-        ("sheen", "light that is not direct is taken as even", |f| f.sheen.color != glam::Vec3::ZERO),
-        ("anisotropy", "methods other than rays bend one look", |f| f.anisotropy.strength > 0.0),
-        ("iridescence", "light that is not direct meets one reflectance per pixel", |f| f.iridescence.factor > 0.0),
+        ("a clearcoat", "indirect light reaches it by one further specular cone or lobe of rays", |f| {
+            f.clearcoat.factor > 0.0
+        }),
+        ("sheen", "indirect light is taken to come evenly from all sides", |f| f.sheen.color != glam::Vec3::ZERO),
+        ("anisotropy", "methods other than rays reflect indirect light along one bent direction", |f| {
+            f.anisotropy.strength > 0.0
+        }),
+        ("iridescence", "indirect light is reflected by one colour per pixel", |f| f.iridescence.factor > 0.0),
         ("diffuse transmission", "a volume is as thick as stated everywhere", |f| f.diffuse_transmission.factor > 0.0),
         ("dispersion", "the renderer refracts all colours alike", |f| f.dispersion > 0.0),
     ];
@@ -93,7 +97,7 @@ pub fn approximated(scene: &Scene) -> Vec<String> {
     for (what, how, has) in kinds {
         let found = |index: &usize| scene.materials[*index].finish.as_deref().is_some_and(has);
         let first = used.iter().copied().find(found);
-        // The file counts without glTF's default material, which is the scene's first.
+        // Messages count without glTF's default material, which is the scene's first.
         notes
             .extend(first.map(|index| format!("material {} has {what}, approximated: {how}", index.saturating_sub(1))));
     }

@@ -1,4 +1,4 @@
-//! Where a grid stands, and the one scale of the light that is stored in it.
+//! The place of a grid, and the scale of its stored light.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
@@ -7,25 +7,25 @@ use crate::scene::{Bounds, LightKind, Scene};
 use crate::settings::{Bounces, Center, Settings};
 use crate::{Error, Result};
 
-/// The base grid: a cube of `edge`³ voxels in the world. Everything on the GPU is counted in its voxels, from its least
-/// corner.
+/// The base grid: a cube of `edge`³ voxels in the world. All lengths on the GPU are in its voxels, relative to its
+/// least corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
-    /// World metres.
+    /// The least corner in metres in the world.
     pub corner: DVec3,
-    /// Metres.
+    /// The edge of a voxel in metres.
     pub voxel_m: f64,
     pub edge: u32,
-    /// Boxes of finer voxels in it, each with a quarter of the side of the one about it,
+    /// The number of boxes of finer voxels within the grid, each with a quarter of the side of the one around it.
     pub boxes: u32,
-    /// about this point in its voxels; `None`: about the camera.
+    /// The centre of these boxes in voxels of the grid; `None` for the camera.
     pub about: Option<Vec3>,
 }
 
 impl Grid {
-    /// The cube about `bounds` (over the whole animation) with the settings' margin, or where the settings put it.
-    /// Where that cube does not hold the scene, and the method has boxes of finer voxels, it is the smallest of those,
-    /// and the grid holds the scene.
+    /// The cube around `bounds` (over the whole animation) with the settings' margin, or at the place that the settings
+    /// choose. If that cube does not contain the scene and the method supports boxes of finer voxels, the cube becomes
+    /// the smallest box, and the grid contains the scene.
     ///
     /// # Errors
     /// The margin leaves no room for the scene, or the side is not a positive number.
@@ -55,7 +55,7 @@ impl Grid {
             Center::Point(point) => DVec3::from_array(point),
         };
         let holds = |boxes: u32| {
-            // Geometry that lies on the cube's faces, or moves out of it a little, is to be lit as well.
+            // Geometry on the faces of the cube, or slightly outside, is lit too.
             let half = 0.5 * finest * FACTOR.powi(boxes as i32) - 0.5 * finest / edge;
             min.cmpge(center - half).all() && max.cmple(center + half).all()
         };
@@ -71,12 +71,12 @@ impl Grid {
         })
     }
 
-    /// Metres of the smallest voxels' edge.
+    /// The edge of the smallest voxels in metres.
     pub fn finest_m(&self) -> f64 {
         self.voxel_m / FACTOR.powi(self.boxes as i32)
     }
 
-    /// World metres to voxels.
+    /// The transform from world metres to voxels.
     pub fn voxel_from_world(&self) -> DAffine3 {
         DAffine3::from_mat3_translation(
             DMat3::from_diagonal(DVec3::splat(1.0 / self.voxel_m)),
@@ -85,36 +85,37 @@ impl Grid {
     }
 }
 
-/// A further grid, placed among the base grid's voxels.
+/// A further grid, placed in voxels of the base grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridPlace {
-    /// Its own voxels.
+    /// Voxels along its edge.
     pub edge: u32,
     /// Its least corner, in voxels of the base grid.
     pub corner: [f32; 3],
-    /// Edge of one of its voxels, in voxels of the base grid. Powers of two lose no bits.
+    /// The edge of one of its voxels in voxels of the base grid. Powers of two are exact.
     pub voxel: f32,
 }
 
 impl GridPlace {
-    /// To its voxels from those of the base grid: x, y and z of the offset, and the scale that comes before it.
+    /// The transform from voxels of the base grid to its own: x, y and z of the offset, and the scale, which is applied
+    /// first.
     pub fn from_base(&self) -> [f32; 4] {
         let scale = 1.0 / self.voxel;
         let [x, y, z] = self.corner.map(|c| 0.0 - c * scale);
         [x, y, z, scale]
     }
 
-    /// The base grid itself.
+    /// The base grid as a place.
     pub fn base(edge: u32) -> Self {
         Self { edge, corner: [0.0; 3], voxel: 1.0 }
     }
 }
 
-/// The power of two that stored radiance is multiplied with, so that RGBA16F holds it: the brightest thing that the
-/// scene's lights are sure to make comes to lie between 2¹⁴ and 2¹⁵; 29 bits below that are kept. With all bounces,
-/// which may add up, 2⁸ and 2⁹: what is 128 times brighter than that saturates.
+/// The power of two by which stored radiance is multiplied for RGBA16F. The highest radiance that the lights certainly
+/// cause becomes 2¹⁴ to 2¹⁵, and 29 bits below it are kept. With all bounces, whose light may add up, it becomes 2⁸ to
+/// 2⁹, and radiance 128 times higher saturates.
 ///
-/// A point light's brightest patch is taken to be one voxel away; nearer ones saturate.
+/// The brightest surface near a point light is assumed to be one voxel away; nearer ones saturate.
 pub fn radiance_scale(scene: &Scene, voxel_m: f64, bounces: Bounces) -> f32 {
     let largest = |v: Vec3| f64::from(v.max_element());
     let map = scene.sky_map.as_ref().map(|map| f64::from(map.brightest_of_rest()));
@@ -135,7 +136,7 @@ pub fn radiance_scale(scene: &Scene, voxel_m: f64, bounces: Bounces) -> f32 {
     if !(peak > 0.0 && peak.is_finite()) {
         return 1.0;
     }
-    // f32 holds 2^±126; scenes beyond that are not light.
+    // f32 holds 2^±126, which exceeds any real scene.
     let highest = if bounces == Bounces::All { 8.0 } else { 14.0 };
     (highest - peak.log2().floor()).clamp(-100.0, 100.0).exp2() as f32
 }

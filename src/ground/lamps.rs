@@ -1,5 +1,5 @@
-//! Emissive triangles as area lights (`lights.lamps = sampled`): evenly bright pieces, and a tree of neighbours to
-//! choose among many. `glsl/ground/lamps.glsl` samples them.
+//! Emissive triangles as area lights (`lights.lamps = sampled`): pieces of constant radiance, and a tree of neighbours
+//! to choose among many. `glsl/ground/lamps.glsl` samples them.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -13,16 +13,16 @@ use crate::scene::surface::SurfacePoint;
 use crate::scene::texture::{ColorSpace, Sampling, Textures};
 use crate::scene::{Mesh, Pose, Scene};
 
-/// Textured triangles are cut into 4ᵏ pieces, each as bright as its texels in the mean: k at most this.
+/// Textured triangles are split into 4ᵏ pieces, each with the mean radiance of its texels; the maximum of k.
 const MOST_CUTS: u32 = 3;
-/// And no more pieces than this by cutting; scenes with more lamp triangles have more.
+/// The maximum number of pieces made by splitting. A scene with more lamp triangles has more.
 const MOST_PIECES: usize = 1 << 16;
-/// Points along each side of a piece at which its emission is looked at.
+/// Points along each side of a piece at which its emission is evaluated.
 const GRID: u32 = 4;
-/// Pieces that differ by less than this share of the brightest are one.
+/// Pieces that differ by less than this share of the brightest one become one.
 const EVEN: f32 = 0.01;
 
-/// A triangle in object space that sends the same radiance everywhere.
+/// A triangle in object space with constant radiance.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     instance: usize,
@@ -31,12 +31,12 @@ struct Piece {
     /// See [`layout::Lamp`].
     shine: f32,
     two_sided: bool,
-    /// Of a mesh that deforms: the vertices of the triangle that it is a part of, and the weights of these at its
+    /// For a mesh that deforms: the vertices of the triangle that contains the piece, and their weights at the piece's
     /// corners.
     of: Option<([u32; 3], [Vec3; 3])>,
 }
 
-/// The lamps of a scene, made once; a pose places them.
+/// The lamps of a scene, which are made once; a pose places them.
 #[derive(Clone, Debug, Default)]
 pub struct Lamps {
     pieces: Vec<Piece>,
@@ -47,7 +47,7 @@ impl Lamps {
         let material = |instance: usize| &scene.materials[scene.meshes[scene.instances[instance].mesh].material];
         let lamps: Vec<usize> =
             (0..scene.instances.len()).filter(|&i| material(i).emissive != Vec3::ZERO && !material(i).unlit).collect();
-        let textures = Textures::of(scene, lamps.iter().map(|&i| material(i)));
+        let textures = Textures::of_materials(scene, lamps.iter().map(|&i| material(i)));
         let triangles: usize = lamps.iter().map(|&i| scene.meshes[scene.instances[i].mesh].indices.len() / 3).sum();
         let cuts = (0..=MOST_CUTS).rev().find(|&k| triangles << (2 * k) <= MOST_PIECES).unwrap_or(0);
         let mut pieces = Vec::new();
@@ -69,13 +69,13 @@ impl Lamps {
         Self { pieces }
     }
 
-    /// How many [`Self::place`] makes at most for `samples` points per place that is lit.
+    /// The maximum number of pieces from [`Self::place`] for `samples` points per lit place.
     pub fn count(&self, samples: u32) -> u32 {
         if self.pieces.is_empty() { 0 } else { (self.pieces.len() as u32).max(samples) }
     }
 
-    /// The pieces that the GPU samples. Fewer lamps than samples are cut until every sample has a piece of its own;
-    /// more are chosen through a tree, in an order in which neighbours lie side by side.
+    /// The pieces that the GPU samples. Fewer lamps than samples are split until every sample has its own piece. More
+    /// pieces are chosen through a tree, in which neighbours are adjacent.
     pub fn place(&self, scene: &Scene, pose: &Pose, grid: &Grid, samples: u32) -> PlacedLamps {
         let voxel_from_world = grid.voxel_from_world();
         let frames: Vec<DAffine3> = pose.world_from_instance.iter().map(|w| voxel_from_world * *w).collect();
@@ -109,11 +109,12 @@ impl Lamps {
 #[derive(Clone, Debug, Default)]
 pub struct PlacedLamps {
     pub pieces: Vec<layout::Lamp>,
-    /// The root at 1, the halves of node n at 2n and 2n + 1, a node of one piece has none; empty where pieces are few.
+    /// The root is at index 1, and the halves of node n are at 2n and 2n + 1; a node of one piece has none. Empty for
+    /// few pieces.
     pub nodes: Vec<layout::LampNode>,
 }
 
-/// Placed lamps, as every shader of a frame knows them.
+/// Totals of the placed lamps, which every shader of a frame uses.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LampSums {
     pub count: u32,
@@ -134,12 +135,12 @@ impl PlacedLamps {
     }
 }
 
-/// Nodes of a tree over so many pieces.
+/// The number of nodes of a tree over `pieces`.
 pub fn node_count(pieces: u32) -> u32 {
     2 * pieces.next_power_of_two()
 }
 
-/// The pieces with neighbours side by side: each half lies on one side of a plane, across the longest axis.
+/// The pieces ordered so that neighbours are adjacent: a plane across the longest axis separates the halves.
 fn in_halves(placed: &[Placed]) -> Vec<Placed> {
     let mut order: Vec<(DVec3, usize)> = placed.iter().map(Placed::middle).zip(0..).collect();
     halve(&mut order);
@@ -158,7 +159,7 @@ fn halve(part: &mut [(DVec3, usize)]) {
     halve(high);
 }
 
-/// Of pieces in the order of [`in_halves`].
+/// The tree over pieces in the order of [`in_halves`].
 fn tree(placed: &[Placed]) -> Vec<layout::LampNode> {
     let mut nodes = vec![layout::LampNode::zeroed(); node_count(placed.len() as u32) as usize];
     let mut open = vec![(1, placed)];
@@ -172,8 +173,7 @@ fn tree(placed: &[Placed]) -> Vec<layout::LampNode> {
     nodes
 }
 
-/// The sphere about the middle of the pieces' bounds that holds them all, and the cone about their mean normal that
-/// does.
+/// The sphere around all pieces, centred in their bounds, and the cone around their mean normal.
 fn node(part: &[Placed]) -> layout::LampNode {
     let corners = || part.iter().flat_map(|p| p.corners);
     let low = corners().fold(DVec3::INFINITY, DVec3::min);
@@ -191,7 +191,7 @@ fn node(part: &[Placed]) -> layout::LampNode {
     }
 }
 
-/// A triangle of a lamp; points on it are barycentric weights.
+/// A triangle of a lamp. Points on it are barycentric weights.
 struct Lamp<'a> {
     scene: &'a Scene,
     textures: &'a Textures,
@@ -205,7 +205,7 @@ impl Lamp<'_> {
         corner(0) * w.x + corner(1) * w.y + corner(2) * w.z
     }
 
-    /// Corners and mean emission, 4^`cuts` of them where the emission varies, one where it does not.
+    /// Corners and mean emission of the pieces: 4^`cuts` of them if the emission varies, else one.
     fn pieces(&self, cuts: u32) -> impl Iterator<Item = ([Vec3; 3], Vec3)> {
         let material = &self.scene.materials[self.mesh.material];
         let varies = material.emissive_texture.is_some()
@@ -224,7 +224,7 @@ impl Lamp<'_> {
         lit.into_iter().filter(|p| p.1 != Vec3::ZERO)
     }
 
-    /// Mean emission of a part, holes counted as dark.
+    /// Mean emission of a part; holes count as dark.
     fn mean(&self, part: [Vec3; 3]) -> Vec3 {
         let side = GRID as f32;
         let uv_side = |set: usize| {
@@ -256,7 +256,7 @@ impl Lamp<'_> {
     }
 }
 
-/// The four triangles that the middles of the sides make.
+/// The four triangles between the middles of the sides.
 fn quarters([a, b, c]: [Vec3; 3]) -> [[Vec3; 3]; 4] {
     let (ab, bc, ca) = ((a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0);
     [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
@@ -274,7 +274,7 @@ struct Placed {
 impl Placed {
     fn new(piece: &Piece, voxel_from_object: &DAffine3) -> Self {
         let [a, b, c] = piece.corners.map(|p| voxel_from_object.transform_point3(p.as_dvec3()));
-        // A mirrored instance keeps its front.
+        // A mirrored instance keeps its front side.
         let corners = if voxel_from_object.matrix3.determinant() < 0.0 { [a, c, b] } else { [a, b, c] };
         Self { corners, radiance: piece.radiance, shine: piece.shine, two_sided: piece.two_sided }
     }
@@ -285,20 +285,20 @@ impl Placed {
         layout::Lamp { a, b, c, radiance, two_sided, shine: self.shine }
     }
 
-    /// Unit, of the front.
+    /// Unit normal of the front.
     fn normal(&self) -> DVec3 {
         let [a, b, c] = self.corners;
         (b - a).cross(c - a).normalize_or_zero()
     }
 
-    /// Up to a factor that is the same for all.
+    /// The emitted power up to a common factor.
     fn power(&self) -> f64 {
         let [a, b, c] = self.corners;
         let sides = if self.two_sided { 2.0 } else { 1.0 };
         (b - a).cross(c - a).length() * sides * f64::from(self.radiance.max_element())
     }
 
-    /// Cut through the middle of the longest side.
+    /// The halves of a piece, split at the middle of its longest side.
     fn halves(self) -> [Self; 2] {
         let [a, b, c] = self.corners;
         let sides = [(a, b, c), (b, c, a), (c, a, b)];
@@ -330,7 +330,7 @@ mod tests {
             let nodes = tree(&placed);
             assert_eq!(nodes.len(), node_count(count as u32) as usize);
             for (index, p) in placed.iter().enumerate() {
-                // Down as the shader goes: halves by count.
+                // The test descends like the shader, by counts of pieces.
                 let (mut node, mut first, mut end) = (1, 0, count);
                 loop {
                     let sphere = nodes[node];

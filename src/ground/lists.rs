@@ -1,4 +1,4 @@
-//! The lists of one grid: which triangles touch each voxel, which voxels are occupied, and what is derived from that.
+//! The lists of one grid: the triangles that touch each voxel, the occupied voxels, and data derived from them.
 
 use std::sync::Arc;
 
@@ -11,57 +11,56 @@ use super::wants::Wants;
 use crate::Result;
 use crate::vk::{Bind, Buffer, BufferKind, Context};
 
-/// How many list items and occupied voxels the buffers of a grid hold.
+/// Capacities of a grid's buffers in list items and occupied voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ListCapacity {
     pub items: u32,
     pub cells: u32,
-    /// Boxes of finer voxels within the grid.
+    /// The number of boxes of finer voxels within the grid.
     pub boxes: u32,
 }
 
-/// Buffers of a grid.
+/// The buffers of a grid.
 pub struct Lists {
     pub place: GridPlace,
     /// Least corners of the boxes of finer voxels, in voxels of the grid.
     pub boxes: [[f32; 3]; MOST_BOXES],
-    /// Least corners of the boxes when the present lists were made.
+    /// Least corners of the boxes when the current lists were made.
     pub made_boxes: [[f32; 3]; MOST_BOXES],
-    /// Counters of items and cells; of the base grid also of recorded triangles.
+    /// Counters of items and cells; those of the base grid also count recorded triangles.
     pub globals: Buffer,
     pub items: Buffer,
-    /// First item of every voxel's list, 1-based; behind them, where a method wants it, which item a triangle has in a
-    /// voxel (`glsl/ground/item_index.glsl`).
+    /// The first item of every voxel's list, 1-based. If a method requests it, an index from triangle and voxel to item
+    /// follows (`glsl/ground/item_index.glsl`).
     pub heads: Buffer,
-    /// Voxels of the grid and of its boxes, as many as there are heads.
+    /// The number of voxels of the grid and its boxes, and of heads.
     pub voxels: u32,
     /// Cells that are occupied in this frame.
     pub cells: CellLists,
-    /// Cells that were occupied in the frame before.
+    /// Cells that were occupied in the previous frame.
     pub last_cells: CellLists,
-    /// A bit per cell of every level but the first: whether the cell is in its list.
+    /// A bit per cell of every level except the first: whether the cell is in its list.
     pub listed: Buffer,
-    /// Light that each list item sends.
+    /// Light that each list item reflects and emits.
     pub item_lights: Buffer,
     /// For each list item, the item whose light it copies.
     pub item_parts: Buffer,
     /// Samples of a multisampled raster that fall on each list item.
     pub item_samples: Buffer,
-    /// Specular lobes of each list item's sides.
+    /// Specular lobes of both sides of each list item.
     pub item_lobes: Buffer,
-    /// Direct light of each list item's sides, kept from one pass to the next.
+    /// Direct light of both sides of each list item, kept from one pass to the next.
     pub direct_light: Buffer,
-    /// Light of each list item as other surfaces see it.
+    /// Light of each list item as other surfaces receive it.
     pub seen_lights: Buffer,
-    /// Specular lobes of that light, where light continues from frame to frame.
+    /// Specular lobes of that light, if light continues from frame to frame.
     pub seen_lobes: Buffer,
-    /// The items that are lit, where alike triangles are lit as one.
+    /// The items that are lit, if one item is lit for each group.
     pub lit_items: Buffer,
-    /// Those among them that a second bounce lights, and what was asked for of each item, where light is made on
-    /// demand.
+    /// The items that a second bounce lights, and the requests for each item, with light on demand.
     pub second_items: Buffer,
     pub asked_items: Buffer,
-    /// From the lists that these replaced: light is carried over from them, found by triangle and voxel.
+    /// Heads of the previous lists. Light is carried over from them by triangle and voxel.
     pub last_heads: Buffer,
     pub last_items: Buffer,
     pub last_item_parts: Buffer,
@@ -103,7 +102,7 @@ impl Lists {
         })
     }
 
-    /// Replaces what is too small for `capacity`.
+    /// Replaces buffers that are too small for `capacity`.
     ///
     /// # Errors
     /// Too little memory.
@@ -130,7 +129,7 @@ impl Lists {
         Ok(())
     }
 
-    /// Bindings of passes that ask for the light of items, beside the counts.
+    /// Bindings of passes that request the light of items, in addition to the counts.
     pub fn ask_binds(&self) -> [Bind<'_>; 3] {
         [
             Bind::buffer("asked_items", &self.asked_items),
@@ -139,12 +138,12 @@ impl Lists {
         ]
     }
 
-    /// Most bytes that a pass that asks for the light of items writes.
+    /// The maximum number of bytes that a pass writes to request the light of items.
     pub fn asked_bytes(&self) -> u64 {
         self.asked_items.bytes() + self.lit_items.bytes() + self.second_items.bytes()
     }
 
-    /// New lists take the place of those before the last.
+    /// Exchanges the current lists and the previous ones, which are overwritten next.
     pub fn swap(&mut self, wants: &Wants) {
         self.made_boxes = self.boxes;
         if wants.last_cells {
@@ -162,7 +161,7 @@ impl Lists {
 /// Replaces a buffer that is smaller than `bytes`.
 ///
 /// # Errors
-/// Too little memory; the buffer then is as before.
+/// There is too little memory; the buffer is then unchanged.
 pub fn grow(context: &Arc<Context>, buffer: &mut Buffer, bytes: u64) -> Result<()> {
     if bytes > buffer.bytes() {
         *buffer = Buffer::new(context, buffer.label(), bytes, BufferKind::Device)?;
@@ -170,23 +169,23 @@ pub fn grow(context: &Arc<Context>, buffer: &mut Buffer, bytes: u64) -> Result<(
     Ok(())
 }
 
-/// Bytes of so many elements, one at least.
+/// Bytes of `count` elements, at least one.
 pub fn array<T>(count: u32) -> u64 {
     u64::from(count.max(1)) * size_of::<T>() as u64
 }
 
-/// Places of an index in which so many items take two thirds at most: a power of two. Below 128 MiB it then has room
-/// for as many items as their list.
+/// The number of places of an index in which `items` take at most two thirds: a power of two. Below 128 MiB it can then
+/// hold as many items as their list.
 fn index_places(items: u32) -> u32 {
     items.saturating_add(items / 2).checked_next_power_of_two().unwrap_or(1 << 31)
 }
 
-/// Voxels of a grid and of its boxes.
+/// The number of voxels of a grid and its boxes.
 fn voxels(edge: u32, capacity: ListCapacity) -> u32 {
     (1 + capacity.boxes) * edge.pow(3)
 }
 
-/// Bytes of everything that [`Lists::new`] makes.
+/// Memory of [`Lists::new`].
 pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> {
     let items = |needed: bool| if needed { capacity.items } else { 1 };
     let lobes = |words: u32| u64::from(words.max(1)) * array::<[u32; 2]>(items(words > 0));
@@ -201,8 +200,8 @@ pub fn plan(edge: u32, wants: &Wants, capacity: ListCapacity) -> Vec<MemoryRow> 
         ("globals", array::<layout::Globals>(1)),
         ("list items", array::<layout::ListItem>(listed(capacity.items))),
         ("item lights", array::<layout::ItemLight>(items(wants.lit_items))),
-        ("item parts", array::<layout::ItemPart>(items(wants.alike))),
-        ("lit items", array::<u32>(items(wants.alike))),
+        ("item parts", array::<layout::ItemPart>(items(wants.grouped))),
+        ("lit items", array::<u32>(items(wants.grouped))),
         ("second items", array::<u32>(items(wants.demand))),
         ("asked items", array::<u32>(items(wants.demand))),
         ("item samples", array::<u32>(items(wants.item_samples))),

@@ -7,7 +7,7 @@ use crate::{Error, Result};
 /// A resource and its bytes.
 pub type MemoryRow = (&'static str, u64);
 
-/// Bytes of every resource, in the order of allocation. Buffers and images are made with exactly these sizes.
+/// The bytes of every resource, in the order of allocation. Buffers and images have exactly these sizes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MemoryPlan {
     pub rows: Vec<MemoryRow>,
@@ -19,14 +19,14 @@ impl MemoryPlan {
     }
 
     /// # Panics
-    /// When there is no such row: a mistake in the program.
+    /// There is no such row, which is a mistake in the program.
     pub fn bytes(&self, name: &str) -> u64 {
         bytes_of(&self.rows, name)
     }
 }
 
 /// # Panics
-/// When there is no such row: a mistake in the program.
+/// There is no such row, which is a mistake in the program.
 pub fn bytes_of(rows: &[MemoryRow], name: &str) -> u64 {
     rows.iter().find(|row| row.0 == name).unwrap_or_else(|| panic!("no resource named {name} in the plan")).1
 }
@@ -40,8 +40,8 @@ impl std::fmt::Display for MemoryPlan {
     }
 }
 
-/// Refuses a grid of `voxels` whose resources, `rows_at` a grid's edge, exceed `limit`; names the largest grid that
-/// would fit, or what else takes the memory. Returns the resources.
+/// Refuses a grid of `voxels` if its resources exceed `limit`; `rows_at` returns the resources of a grid by its edge.
+/// The message names the largest grid that fits, or the resource that takes the memory. Returns the resources.
 ///
 /// # Errors
 /// [`Error::Memory`]
@@ -64,7 +64,7 @@ pub fn check(voxels: u32, limit: &Limit, rows_at: impl Fn(u32) -> Vec<MemoryRow>
     Err(Error::Memory(format!("voxels = {voxels} needs {all}, more than {words} of {bytes}: {remedy}")))
 }
 
-/// Refuses a row that is larger than a device binds as one buffer.
+/// Refuses a row that is larger than the device's largest buffer binding.
 ///
 /// # Errors
 /// [`Error::Memory`]
@@ -78,7 +78,7 @@ pub fn check_buffers(rows: &[MemoryRow], limit: &Limit) -> Result<()> {
     )))
 }
 
-/// Of a row that is one buffer and grows with the scene: with what it does, and how else to need less.
+/// For a row that is one buffer and grows with the scene: its content, and a way to reduce it.
 fn bound(name: &str) -> Option<(&'static str, &'static str)> {
     Some(match name {
         "record draws" => ("instances", ""),
@@ -93,7 +93,7 @@ fn bound(name: &str) -> Option<(&'static str, &'static str)> {
     })
 }
 
-/// Whether a row grows with the voxels that triangles touch.
+/// Whether the row grows with the number of list items and occupied voxels.
 fn of_items(name: &str) -> bool {
     ["list ", "item"].iter().any(|part| name.contains(part))
 }
@@ -104,7 +104,7 @@ fn of_triangles(name: &str) -> bool {
     of_items(name) || parts.iter().any(|part| name.contains(part))
 }
 
-/// The group of `rows` that takes the most: its bytes, its name, and how to need less.
+/// The group of `rows` that takes most memory: its bytes, its name, and a way to reduce it.
 fn most(rows: &[MemoryRow]) -> (u64, &'static str, &'static str) {
     let sum = |belongs: &dyn Fn(&str) -> bool| rows.iter().filter(|row| belongs(row.0)).map(|row| row.1).sum();
     let groups: [(u64, _, _); 3] = [
@@ -137,7 +137,7 @@ mod tests {
             said(&[("textures", 10 << 20), small])
                 .contains("needs 10486784 bytes, more than the limit of 10485760 bytes")
         );
-        // Textures are no buffer.
+        // Textures are not a buffer.
         let rows = [("textures", 90 << 20), ("scene vertices", 9 << 20), ("list items", 11 << 20)];
         let said = |rows: &[MemoryRow]| check_buffers(rows, &limit).unwrap_err().to_string();
         let items = said(&rows);

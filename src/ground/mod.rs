@@ -1,20 +1,20 @@
-//! The base that all methods share: the scene on the device, recorded triangles, their lists, exact rays, lamps, direct
-//! light, and the image that is made of it. Its shaders are `glsl/ground/`.
+//! The base of all methods: the scene on the device, recorded triangles, their lists, exact rays, lamps, direct light,
+//! and the image. Its shaders are in `glsl/ground/`.
 
-pub mod alike;
 pub mod atlas;
 pub mod attributes;
 pub mod boxes;
 pub mod cell_passes;
 pub mod cells;
-pub mod clearance;
 pub mod constants;
 mod counts;
 pub mod deform;
 pub mod expected_items;
 pub mod finish;
 pub mod grid;
+pub mod grid_choice;
 pub mod image;
+pub mod item_groups;
 pub mod lamps;
 pub mod layout;
 pub mod lists;
@@ -37,11 +37,11 @@ use crate::scene::{Pose, Scene};
 use crate::settings::Conservative;
 use crate::vk::{self, Bind, Buffer, BufferKind, Context, Format, Recorder};
 use crate::{Error, Result};
-use alike::Alike;
 use cells::Cells;
-use constants::{Features, LIT_ALIKE, LIT_EACH};
+use constants::{Features, LIT_EACH, LIT_GROUPED};
 pub use counts::Counts;
 use grid::{Grid, GridPlace};
+use item_groups::ItemGroups;
 use lists::{Lists, array, grow};
 use memory_plan::{MemoryRow, bytes_of};
 use record::Record;
@@ -51,14 +51,14 @@ use tree::queries::QueryPlan;
 use voxelise::Voxelise;
 use wants::Wants;
 
-/// Workgroups along an axis of a dispatch: every device takes so many.
+/// The maximum number of workgroups along an axis that every device supports.
 const MOST_GROUPS: u32 = 65535;
 
-/// Inputs from which a [`Ground`] is made.
+/// The description from which a [`Ground`] is made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundDesc {
     pub grid: Grid,
-    /// Requests of methods and direct light.
+    /// Requests of the method and of direct light.
     pub wants: Wants,
     pub features: Features,
     pub counts: Counts,
@@ -67,7 +67,7 @@ pub struct GroundDesc {
 }
 
 impl GroundDesc {
-    /// Whether a ground made for `self` serves `needed` as well.
+    /// Whether a ground made for `self` can be used for `needed` as well.
     pub fn serves(&self, needed: &Self) -> bool {
         let (had, asked) = (&self.counts, &needed.counts);
         let fits = asked.lights <= had.lights && asked.lamps <= had.lamps && asked.blended == had.blended;
@@ -75,33 +75,33 @@ impl GroundDesc {
     }
 }
 
-/// Buffers and passes that every method stands on.
+/// Buffers and passes that all methods use.
 pub struct Ground {
     pub desc: GroundDesc,
-    /// The scene as shading binds it.
+    /// The scene as bindings for shading.
     pub scene: Arc<SceneOnGpu>,
     pub frame: Buffer,
     pub lights: Buffer,
     pub lamps: Buffer,
     pub lamp_nodes: Buffer,
-    /// As recorded, positions in voxels of the base grid.
+    /// The recorded triangles, with positions in voxels of the base grid.
     pub triangles: Buffer,
-    /// Attributes of the triangles at their corners, besides positions.
+    /// Attributes of the triangles at their corners, except positions.
     pub attributes: Buffer,
-    /// Boxes about them, for rays.
+    /// The bounding volume hierarchy, for rays.
     pub tree: Tree,
-    /// Source → 1 + place among the triangles, for rays and for blended ones.
+    /// For each source, 1 + the index of its recorded triangle, for rays and for blended triangles.
     pub slots: Buffer,
     /// Sources of the blended triangles.
     blended: Buffer,
-    /// Of every grid, the base grid first.
+    /// The lists of every grid, the base grid first.
     pub lists: Vec<Lists>,
     record: Record,
     makers: Vec<ListMakers>,
-    alike: Option<Alike>,
+    groups: Option<ItemGroups>,
 }
 
-/// The passes that make one grid's lists; absent where they are not asked for.
+/// The passes that make one grid's lists; `None` if they were not requested.
 struct ListMakers {
     voxelise: Option<Voxelise>,
     cells: Option<Cells>,
@@ -109,19 +109,19 @@ struct ListMakers {
 
 impl Ground {
     /// # Errors
-    /// A device without what is asked for, too little memory, or a lost device.
+    /// The device lacks a requested feature, there is too little memory, or the device is lost.
     pub fn new(context: &Arc<Context>, of: &Scene, scene: Arc<SceneOnGpu>, desc: GroundDesc) -> Result<Self> {
         let GroundDesc { grid, wants, features, counts, .. } = &desc;
         check_geometry_shader(context, wants.conservative)?;
-        let constants_of = |edge: u32, alike| {
+        let constants_of = |edge: u32, grouped| {
             [
                 ("FEATURES", features.0.into()),
                 ("EDGE", edge.into()),
-                ("LIT", if alike { LIT_ALIKE } else { LIT_EACH }.into()),
+                ("LIT", if grouped { LIT_GROUPED } else { LIT_EACH }.into()),
                 ("BOXES", grid.boxes.into()),
             ]
         };
-        let base = constants_of(grid.edge, wants.alike);
+        let base = constants_of(grid.edge, wants.grouped);
         let plan = shared_plan(wants, counts);
         let buffer = |name: &str| Buffer::new(context, name, bytes_of(&plan, name), BufferKind::Device);
         let places = || std::iter::once(GridPlace::base(grid.edge)).chain(wants.grids.iter().copied());
@@ -129,7 +129,7 @@ impl Ground {
         let mut makers = Vec::new();
         for (index, (place, capacity)) in places().zip(&counts.lists).enumerate() {
             let wants = wants_of_grid(wants, index);
-            let constants = constants_of(place.edge, wants.alike);
+            let constants = constants_of(place.edge, wants.grouped);
             lists.push(Lists::new(context, place, &wants, *capacity)?);
             let voxelise = || match wants.sampled {
                 Some(samples) => Voxelise::by_samples(context, &constants, samples),
@@ -156,12 +156,12 @@ impl Ground {
             tree: if features.has(Features::QUERY) {
                 Tree::queried(context, &base, of, &scene)?
             } else {
-                Tree::new(context, &base, wants.rays.then(|| scene.trees.of(of)))?
+                Tree::new(context, &base, wants.rays.then(|| scene.trees.of_scene(of)))?
             },
             slots: buffer("slots")?,
             blended,
             record: Record::new(context, &base, wants.conservative, &scene)?,
-            alike: wants.alike.then(|| Alike::new(context, &base, wants)).transpose()?,
+            groups: wants.grouped.then(|| ItemGroups::new(context, &base, wants)).transpose()?,
             desc,
             scene,
             lists,
@@ -174,8 +174,8 @@ impl Ground {
         &self.lists[0]
     }
 
-    /// Moves the further grids, and the boxes of the base grid about a point in its voxels; whether any stood
-    /// elsewhere, so that its lists must be made again.
+    /// Moves the further grids, and the boxes of the base grid around a point in its voxels. Returns whether any moved,
+    /// so that its lists must be rebuilt.
     pub fn place_grids(&mut self, places: &[GridPlace], about: Vec3) -> bool {
         let corners = boxes::corners(self.desc.grid.edge, self.desc.grid.boxes, about);
         let mut moved = self.lists[0].boxes != corners;
@@ -187,7 +187,7 @@ impl Ground {
         moved
     }
 
-    /// New lists take the place of those before the last.
+    /// Exchanges the current and the previous lists.
     pub fn swap_lists(&mut self) {
         for (index, lists) in self.lists.iter_mut().enumerate() {
             lists.swap(&wants_of_grid(&self.desc.wants, index));
@@ -200,41 +200,41 @@ impl Ground {
         self.reset(r);
         // Skins and morph targets move vertices.
         self.scene.deform(r, pose);
-        // The scene's triangles are kept where they stand.
+        // The scene's triangles are recorded in the world.
         self.record.record(r, self, &self.scene, pose);
-        // Boxes are put about them, for rays.
+        // The bounding volume hierarchy is fitted to them, for rays.
         self.tree.record(r, self, pose);
         for (lists, makers) in self.lists.iter().zip(&self.makers) {
-            // Every voxel lists the triangles that touch it,
+            // Every voxel lists the triangles that touch it.
             if let Some(voxelise) = &makers.voxelise {
                 voxelise.record(r, "voxelise", self, lists);
             }
-            // and the occupied ones are listed, with their parents: no other need be shaded.
+            // The occupied voxels and their parents are listed, so that other voxels need not be visited.
             if let Some(cells) = &makers.cells {
                 cells.record(r, lists);
             }
         }
-        // Of triangles that are alike one is chosen to be lit; what another surface cuts in two is lit as two.
-        if let Some(alike) = &self.alike {
-            alike.record(r, self);
+        // One item is chosen for each group of similar triangles, and items that another surface cuts become two.
+        if let Some(groups) = &self.groups {
+            groups.record(r, self);
         }
     }
 
-    /// Splits what is cut of the items in the list with that entry of the counts.
+    /// Splits those items of the list `entry` that another surface cuts.
     pub fn split(&self, r: &mut Recorder, entry: u32) {
-        if let Some(alike) = &self.alike {
-            alike.split(r, self, entry);
+        if let Some(groups) = &self.groups {
+            groups.split(r, self, entry);
         }
     }
 
-    /// Asks for the light of all items, where it is made on demand.
+    /// Requests the light of all items, with light on demand.
     pub fn ask_all(&self, r: &mut Recorder) {
-        if let Some(alike) = &self.alike {
-            alike.ask_all(r, self);
+        if let Some(groups) = &self.groups {
+            groups.ask_all(r, self);
         }
     }
 
-    /// Makes the base grid's lists once more, as the talk does for its second bounce (D29).
+    /// Makes the base grid's lists again, as the talk does for its second bounce (D29).
     pub fn relist(&self, r: &mut Recorder) {
         self.base().reset(r);
         if let Some(voxelise) = &self.makers[0].voxelise {
@@ -242,7 +242,7 @@ impl Ground {
         }
     }
 
-    /// Replaces what is too small for `counts`.
+    /// Replaces buffers that are too small for `counts`.
     ///
     /// # Errors
     /// Too little memory.
@@ -280,8 +280,8 @@ impl Ground {
         binds
     }
 
-    /// Bindings of passes that light list items: [`Self::binds`], and the buffers of items. `listed`: which items they
-    /// light; `item_lights`: where they write the light.
+    /// Bindings of passes that light list items: [`Self::binds`], and the buffers of items. `listed` holds the items
+    /// that they light, and `item_lights` receives the light.
     pub fn item_binds<'a>(&'a self, listed: &'a Buffer, item_lights: &'a Buffer) -> Vec<Bind<'a>> {
         let lists = self.base();
         let mut binds = self.binds();
@@ -307,7 +307,7 @@ impl Ground {
 /// Refuses a device without geometry shaders.
 ///
 /// # Errors
-/// It has none, although `conservative` asks for them.
+/// The device has none, and `conservative` needs them.
 fn check_geometry_shader(context: &Context, conservative: Conservative) -> Result<()> {
     if context.geometry_shader || conservative == Conservative::Compute {
         return Ok(());
@@ -319,7 +319,7 @@ fn check_geometry_shader(context: &Context, conservative: Conservative) -> Resul
     )))
 }
 
-/// A further grid has lists, and where it is lit, lists of cells and items that are lit each.
+/// Requests for a further grid: lists, and if it is lit, its own lists of cells and lit items.
 fn wants_of_grid(wants: &Wants, index: usize) -> Wants {
     let lit = wants.lit_grids;
     let conservative = wants.conservative;
@@ -328,14 +328,14 @@ fn wants_of_grid(wants: &Wants, index: usize) -> Wants {
     if index == 0 { wants.clone() } else { further }
 }
 
-/// Workgroups of `size` threads for so many threads, one at least, along two axes.
+/// Workgroups of `size` threads for at least `threads` threads, along two axes; at least one.
 fn over_threads(threads: u32, size: u32) -> [u32; 3] {
     let groups = threads.div_ceil(size).max(1);
     let x = groups.min(MOST_GROUPS);
     [x, groups.div_ceil(x), 1]
 }
 
-/// Bytes of what all grids share.
+/// Memory that all grids share.
 fn shared_plan(wants: &Wants, counts: &Counts) -> Vec<MemoryRow> {
     let slots = if wants.rays || counts.blended > 0 { counts.triangles } else { 1 };
     let mut rows = vec![
@@ -353,7 +353,7 @@ fn shared_plan(wants: &Wants, counts: &Counts) -> Vec<MemoryRow> {
     rows
 }
 
-/// Bytes of every resource that [`Ground::new`] makes for a base grid of edge `edge`.
+/// Memory of every resource of [`Ground::new`] for a base grid of edge `edge`.
 pub fn plan(edge: u32, wants: &Wants, counts: &Counts) -> Vec<MemoryRow> {
     let mut rows = shared_plan(wants, counts);
     let edges = std::iter::once(edge).chain(wants.grids.iter().map(|place| place.edge));

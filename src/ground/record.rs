@@ -1,8 +1,8 @@
-//! Record: appends a record of each triangle of the scene, where it stands. Reads: scene vertices and indices. Writes:
+//! Record: appends a record of each triangle of the scene in the world. Reads: scene vertices and indices. Writes:
 //! triangles (positions in voxels of the base grid) and their attributes, counters.
 //!
-//! As the talk does it, the scene is drawn into an empty screen and a geometry shader appends the records; else compute
-//! shaders do.
+//! As in the talk, the scene is drawn into an empty screen and a geometry shader appends the records. Other presets use
+//! compute shaders.
 
 use std::sync::Arc;
 
@@ -21,14 +21,14 @@ use crate::vk::{
     ImageUsageFlags, Load, Raster, RasterDesc, Recorder, RenderTarget, VertexInput, ZoneKind,
 };
 
-/// Edge of the front view, an empty screen for this pass. Pixels.
+/// Edge of the front view in pixels; the screen of this pass is empty.
 const FRONT_VIEW_EDGE: u32 = 128;
-/// The front view's format does not matter: nothing is written.
+/// The format of the front view is irrelevant, because nothing is written.
 const FRONT_VIEW_FORMAT: Format = Format::R8G8B8A8_UNORM;
 /// Threads of a workgroup in `glsl/ground/record.comp`.
 const GROUP: u32 = 64;
 
-/// Bytes of [`Record::new`] for so many instances.
+/// Memory of [`Record::new`] for `instances` instances.
 pub fn plan(conservative: Conservative, instances: u32) -> MemoryRow {
     match conservative {
         Conservative::Compute => ("record draws", array::<RecordDraw>(instances)),
@@ -37,7 +37,7 @@ pub fn plan(conservative: Conservative, instances: u32) -> MemoryRow {
 }
 
 pub enum Record {
-    /// With a list of [`RecordDraw`], one for each instance.
+    /// A list of one [`RecordDraw`] per instance.
     Compute {
         pipeline: Compute,
         draws: Buffer,
@@ -114,7 +114,7 @@ impl Record {
             .collect();
         match self {
             Self::Compute { pipeline, draws: list } => recorder.zone("record", ZoneKind::Compute, bytes, |r| {
-                r.full_barrier(); // reset wrote the counters; the frame before read the list
+                r.full_barrier(); // reset wrote the counters, and the previous frame read the list
                 r.update(list, 0, &draws);
                 r.full_barrier();
                 binds.push(Bind::buffer("record_draws", list));
@@ -147,12 +147,12 @@ impl Record {
     }
 }
 
-/// Where a draw stands.
+/// The transform of a draw.
 fn placed(voxel_from_object: &DAffine3) -> RecordDraw {
     let m = voxel_from_object.matrix3;
     let t = voxel_from_object.translation;
     let determinant = m.determinant();
-    // The adjugate's transpose is the inverse transpose up to a factor, and exists for flat scales too.
+    // The transposed adjugate equals the inverse transpose up to a factor, and also exists for singular matrices.
     let normal = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
     let normal = if determinant < 0.0 { -normal } else { normal };
     let largest = normal.to_cols_array().iter().fold(0.0_f64, |a, b| a.max(b.abs()));

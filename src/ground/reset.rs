@@ -1,5 +1,4 @@
-//! Reset: fills, no shaders.
-//! Writes: counters, voxels (heads of all lists), slots of blended triangles.
+//! Reset: fills buffers without shaders. Writes: counters, voxels (heads of all lists), slots of blended triangles.
 
 use super::Ground;
 use super::layout::Globals;
@@ -17,14 +16,14 @@ impl Ground {
             }
             r.fill(&self.slots, 0, self.slots.bytes(), 0);
             r.full_barrier();
-            // The counters' head is the indirect draw of the passes that fetch triangles: one instance.
+            // The first counters are the indirect draw of the passes that fetch triangles, with one instance.
             r.fill(&self.base().globals, std::mem::offset_of!(Globals, instance_count) as u64, 4, 1);
         });
     }
 }
 
 impl Lists {
-    /// Resets the counters of list items and cells, and the heads; not the triangles.
+    /// Resets the counters of list items and cells, and the heads, but not the triangles.
     pub fn reset(&self, recorder: &mut Recorder) {
         recorder.zone("reset lists", ZoneKind::Transfer, self.heads.bytes(), |r| {
             r.full_barrier(); // the first bounce read the lists

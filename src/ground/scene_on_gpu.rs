@@ -28,25 +28,25 @@ pub struct SceneDraw {
     pub first_index: u32,
     pub index_count: u32,
     pub vertex_offset: i32,
-    /// Into [`SceneOnGpu::materials`].
+    /// Index into [`SceneOnGpu::materials`].
     pub material: u32,
-    /// Number of this instance's first triangle, counted over all instances.
+    /// The number of this instance's first triangle, counted over all instances.
     pub first_source: u32,
-    /// Whether its triangles may let a ray pass.
+    /// Whether rays may pass through its triangles.
     pub translucent: bool,
 }
 
 /// Scene data that the recording pass and shading read.
 pub struct SceneOnGpu {
-    /// Attributes of every vertex.
+    /// The layout of every vertex's attributes.
     pub corner: CornerWords,
     pub vertices: Buffer,
     pub indices: Buffer,
     pub materials: Buffer,
     pub texture_levels: Buffer,
-    /// RGBA8 array, read as UNORM and as sRGB.
+    /// The RGBA8 array, read as UNORM and as sRGB.
     pub atlas: Image,
-    /// Texels are fetched, never filtered: its filter does not matter.
+    /// The sampler for texel fetches, whose filter is irrelevant.
     pub texel_sampler: Sampler,
     pub draws: Vec<SceneDraw>,
     /// Sources of the triangles of blended materials.
@@ -54,30 +54,29 @@ pub struct SceneOnGpu {
     /// First vertex of every mesh.
     first_vertex: Vec<i32>,
     pub trees: Arc<TreesOnce>,
-    /// Data that deforms vertices, if anything does.
+    /// Data that deforms vertices, if anything deforms.
     deform: Option<DeformOnGpu>,
 }
 
 impl SceneOnGpu {
-    /// Records that the vertices are those of a pose.
+    /// Records the deformation of the vertices to a pose.
     pub fn deform(&self, r: &mut Recorder, pose: &Pose) {
         if let Some(deform) = &self.deform {
             deform.record(r, &self.vertices, pose);
         }
     }
 
-    /// Records that the vertices of mesh `index`, which nothing deforms, are those of `mesh` from now on: as many as
-    /// before.
+    /// Records new vertices for mesh `index`, which has no deformation. `mesh` has as many vertices as before.
     pub fn update_mesh(&self, r: &mut Recorder, index: usize, mesh: &Mesh) {
-        r.full_barrier(); // the frame before read them
+        r.full_barrier(); // the previous frame read them
         let first = self.first_vertex[index] as u64 * self.corner.vertex_bytes() as u64;
         r.update(&self.vertices, first, &self.corner.vertices_of(mesh));
         r.full_barrier();
     }
 
-    /// Records that every material is as `scene` has it from now on; which textures it uses stays.
+    /// Records the materials of `scene`, which use the same textures as before.
     pub fn update_materials(&self, r: &mut Recorder, scene: &Scene, pose: &Pose) {
-        r.full_barrier(); // the frame before read them
+        r.full_barrier(); // the previous frame read them
         let packed = ScenePacked::new(scene, pose);
         r.update(&self.materials, 0, &packed.materials);
         if packed.has_finish {
@@ -87,13 +86,13 @@ impl SceneOnGpu {
     }
 }
 
-/// A scene turned into what the GPU holds, still on the CPU: its sizes are known before anything is allocated.
+/// A scene packed for the GPU, on the CPU: its sizes are known before anything is allocated.
 pub struct ScenePacked {
     corner: CornerWords,
     vertices: Vec<u32>,
     indices: Vec<u32>,
     materials: Vec<layout::Material>,
-    /// Behind them what [`finish`] adds to materials.
+    /// Mip levels, followed by the rows that [`finish`] appends.
     levels: Vec<layout::TextureLevel>,
     has_finish: bool,
     chains: Vec<MipChain>,
@@ -102,9 +101,9 @@ pub struct ScenePacked {
     first_vertex: Vec<i32>,
     deform: DeformPacked,
     pub trees: Arc<TreesOnce>,
-    /// Triangles over all instances.
+    /// The number of triangles over all instances.
     pub triangles: u32,
-    /// Sources of those of blended materials.
+    /// Sources of the triangles of blended materials.
     pub blended: Vec<u32>,
 }
 
@@ -113,13 +112,13 @@ impl ScenePacked {
         Self::with(scene, pose, Arc::new(TreesOnce::new(&pose.world_from_instance)))
     }
 
-    /// With the trees of the scene, made or not.
+    /// Packs the scene with its trees, which may be built later.
     pub fn with(scene: &Scene, pose: &Pose, trees: Arc<TreesOnce>) -> Self {
         let mut textures = TextureTable::default();
         let mut materials = Vec::new();
         let mut finishes = Vec::new();
         let mut material_of: HashMap<(usize, u32), u32> = HashMap::new();
-        let corner = CornerWords::of(Features::of_scene(scene));
+        let corner = CornerWords::of_features(Features::of_scene(scene));
         let (mut vertices, mut vertex_count) = (Vec::new(), 0);
         let mut indices = Vec::new();
         let mut mesh_start = Vec::new();
@@ -135,7 +134,7 @@ impl ScenePacked {
         for (i, instance) in scene.instances.iter().enumerate() {
             let mesh = &scene.meshes[instance.mesh];
             let material = &scene.materials[mesh.material];
-            // A thickness is given in object space: one material per scale that it is used at.
+            // A thickness is in object space, so a material exists once per scale at which it is used.
             let scale = if material.thickness > 0.0 { object_scale(&pose.world_from_instance[i]) } else { 1.0 };
             let index = *material_of.entry((mesh.material, scale.to_bits())).or_insert_with(|| {
                 materials.push(pack_material(scene, material, scale, &mut textures));
@@ -185,7 +184,7 @@ impl ScenePacked {
         }
     }
 
-    /// (name, bytes) of every resource that [`ScenePacked::upload`] makes.
+    /// Name and bytes of every resource of [`ScenePacked::upload`].
     pub fn plan(&self) -> Vec<(&'static str, u64)> {
         fn bytes<T>(data: &[T]) -> u64 {
             size_of_val(data) as u64
@@ -223,14 +222,14 @@ impl ScenePacked {
 }
 
 impl ScenePacked {
-    /// Checks that an image of the device holds all textures.
+    /// Checks that an image of the device can hold all textures.
     ///
     /// # Errors
-    /// The largest has too many texels a side, or all of them together take too many layers.
+    /// The largest texture has too many texels a side, or all of them together need too many layers.
     pub fn check_textures(&self, context: &Context) -> Result<()> {
         let most = context.limits.max_image_dimension2_d;
         if self.atlas.width.max(self.atlas.height) > most {
-            // Below a chain's largest level lie the others, half as high.
+            // The other levels of a chain are below its largest one and take half of its height.
             return Err(Error::Memory(format!(
                 "the largest texture has {} texels a side, more than the {} that {} holds with mips: make it smaller or use --max-texture TEXELS",
                 self.chains.iter().map(|c| c.levels[0].width.max(c.levels[0].height)).max().unwrap_or_default(),
@@ -281,7 +280,7 @@ impl ScenePacked {
     }
 }
 
-/// Every (image, colour space) in use, each of which gets a mip chain; chains are shared between samplers.
+/// Every used pair of image and colour space, each of which has a mip chain; samplers share chains.
 #[derive(Default)]
 struct TextureTable {
     used: Vec<(usize, ColorSpace)>,
@@ -289,7 +288,7 @@ struct TextureTable {
 }
 
 impl TextureTable {
-    /// The chain's number.
+    /// The number of a chain.
     fn chain(&mut self, texture: &Texture, space: ColorSpace) -> u32 {
         let srgb = space == ColorSpace::Srgb;
         let chain = *self.chain_of.entry((texture.image, srgb)).or_insert_with(|| {
@@ -299,12 +298,12 @@ impl TextureTable {
         chain as u32
     }
 
-    /// Computed in parallel.
+    /// The chains, computed in parallel.
     fn chains(&self, scene: &Scene) -> Vec<MipChain> {
         self.used.par_iter().map(|&(image, space)| MipChain::new(&scene.images[image], space)).collect()
     }
 
-    /// All levels, and in the slots, which have numbers of chains as yet, where these lie.
+    /// Places all levels in the atlas, and replaces numbers of chains in the slots by their places.
     fn place<'s>(
         &self,
         atlas: &Atlas,
@@ -344,7 +343,7 @@ fn sampler_flags(texture: &Texture) -> u32 {
         | mip << 6
 }
 
-/// A slot; its layer is the number of a chain, until [`TextureTable::place`] knows where that lies.
+/// A slot. Its layer is the number of a chain until [`TextureTable::place`] replaces it.
 fn pack_slot(
     scene: &Scene,
     texture: Option<TextureRef>,
@@ -363,7 +362,7 @@ fn pack_slot(
     }
 }
 
-/// Optional extensions of the material with that index on the device; `None` where it has none.
+/// The optional extensions of material `index` for the device; `None` if it has none.
 fn pack_finish(scene: &Scene, m: &Material, index: usize, table: &mut TextureTable) -> Option<PackedFinish> {
     let finish = m.finish.as_deref().filter(|_| !m.unlit)?;
     let slots = finish.slots().map(|(texture, space)| pack_slot(scene, texture, space, table));
@@ -397,7 +396,7 @@ fn pack_material(scene: &Scene, m: &Material, object_scale: f32, table: &mut Tex
     }
 }
 
-/// Mean scale of a transform.
+/// The mean scale of a transform.
 fn object_scale(world_from_object: &DAffine3) -> f32 {
     world_from_object.matrix3.determinant().abs().cbrt() as f32
 }

@@ -1,4 +1,4 @@
-//! Data that changes from frame to frame, as the shaders read it: camera, lights and starts, all in voxels.
+//! Data that changes from frame to frame: camera, lights and starts of cones, all in voxels.
 
 use bytemuck::Zeroable;
 use glam::{DMat4, DVec2, DVec3, Vec3};
@@ -12,32 +12,32 @@ use crate::scene::{LightKind, Pose, Projection, Scene, View};
 /// [`layout::Light::kind`] of the sky's lights.
 const SKY: u32 = 3;
 
-/// Everything of a frame but the scene's own data.
+/// Everything of a frame except the scene's own data.
 pub struct FrameUniforms<'a> {
     pub scene: &'a Scene,
     pub view: &'a View,
     pub grid: &'a Grid,
     /// Scale from radiance to its stored value.
     pub scale: f32,
-    /// Pixels.
+    /// Width and height in pixels.
     pub size: (u32, u32),
     /// Samples per pixel.
     pub samples: u32,
     /// The time within the animation in seconds.
     pub time_s: f64,
     pub lamps: LampSums,
-    /// Which of the passes whose mean is kept lights the list items.
+    /// The number of the pass over the light, among the passes whose mean is kept.
     pub light_pass: u32,
-    /// How much of the mean is that pass's.
+    /// The weight of this pass in the mean.
     pub light_share: f32,
-    /// Which of the passes over the image whose mean is shown this is.
+    /// The number of the pass over the image, among the passes whose mean is shown.
     pub image_pass: u32,
-    /// Where boxes of finer voxels begin, and where they began when the lists before these were made.
+    /// Least corners of the boxes of finer voxels: the current ones, and those of the previous lists.
     pub boxes: [[[f32; 3]; MOST_BOXES]; 2],
 }
 
 impl FrameUniforms<'_> {
-    /// As the shaders read it.
+    /// The struct that shaders read.
     pub fn layout(&self) -> layout::Frame {
         let image_shift = image_shift(self.image_pass);
         let ndc_shift = ndc_shift(image_shift, self.size, self.samples);
@@ -79,7 +79,8 @@ impl FrameUniforms<'_> {
         }
     }
 
-    /// The camera's part, a view in voxels; Vulkan's clip space: y down, depth 1 at the near plane and 0 far away.
+    /// The camera's fields, with a view in voxels. Vulkan's clip space has y down, depth 1 at the near plane and 0 at
+    /// infinity.
     fn camera(&self, ndc_shift: DVec2) -> layout::Frame {
         let (view, grid) = (self.view, self.grid);
         let eye = grid.voxel_from_world().transform_point3(view.eye);
@@ -123,34 +124,34 @@ impl FrameUniforms<'_> {
     }
 }
 
-/// Seeds of different times differ; the seed of the animation's start is 0.
+/// A seed that depends on the time; the seed of the animation's start is 0.
 fn turn_at(time_s: f64) -> u32 {
     let bits = time_s.to_bits();
     (bits ^ (bits >> 32)) as u32
 }
 
-/// The shift of the random numbers of a pass over the image, in [0, 1)²; the first pass has none. Even and odd passes
-/// are two R2 sequences (Roberts, 2018), of which the second starts anywhere: each half is spread evenly, and their
-/// difference tells how far off both are.
+/// The shift of the random numbers of a pass over the image, in [0, 1)²; 0 for the first pass. Even and odd passes are
+/// two R2 sequences (Roberts, 2018), the second with another start. Each half covers the square evenly, and their
+/// difference estimates the error of both.
 fn image_shift(image_pass: u32) -> DVec2 {
     let start = DVec2::new(0.2360679775, 0.6457513111) * f64::from(image_pass % 2);
     (start + f64::from(image_pass / 2) * DVec2::new(0.7548776662, 0.5698402909)).fract()
 }
 
-/// How far that moves the image: within the part of a pixel that each sample stands for.
+/// The corresponding shift of the image, within the part of a pixel that each sample represents.
 fn ndc_shift(image_shift: DVec2, size: (u32, u32), samples: u32) -> DVec2 {
     let place = (image_shift + 0.5).fract() - 0.5;
     place * 2.0 / (DVec2::new(size.0.into(), size.1.into()) * f64::from(samples))
 }
 
-/// The `Lights` buffer's contents: the scene's lights, then those of the sky.
+/// The content of the buffer `Lights`: the scene's lights, then those of the sky.
 pub fn lights(scene: &Scene, pose: &Pose, grid: &Grid) -> Vec<layout::Light> {
     let voxel_from_world = grid.voxel_from_world();
     let of_scene = scene.lights.iter().zip(&pose.lights).map(|(light, posed)| {
         let (kind, scale, offset) = match light.kind {
             LightKind::Point => (0, 0.0, 1.0),
             LightKind::Spot { inner, outer } => {
-                // KHR_lights_punctual's own formula.
+                // The formula is that of KHR_lights_punctual.
                 let scale = 1.0 / (inner.cos() - outer.cos()).max(0.001);
                 (1, scale, -outer.cos() * scale)
             }

@@ -1,5 +1,5 @@
-//! Volumes of light, RGBA16F with all mips: a few images over one grid of voxels. Methods differ in what the images
-//! hold.
+//! Volumes of light: several RGBA16F images with all mips over one grid of voxels. Methods differ in the content of the
+//! images.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -16,49 +16,48 @@ use crate::vk::{
 pub const FORMAT: Format = Format::R16G16B16A16_SFLOAT;
 
 /// An image of a volume.
-pub struct Part {
-    /// The end of its label.
+pub struct VolumeImage {
+    /// The end of the image's label.
     pub label: &'static str,
-    /// Texels of a voxel along x, and along y.
+    /// Texels per voxel along x and along y.
     pub across: u32,
-    /// Names in shaders: to be looked up, to be filtered from and to be stored to.
+    /// Names in shaders: for look-ups, for reading the finer level in mips, and for storing.
     pub looked_up: &'static str,
     pub below: &'static str,
     pub stored: &'static str,
 }
 
-/// A description of volumes.
+/// The description of a kind of volume.
 #[derive(Clone, Copy)]
 pub struct VolumeKind {
-    /// The beginnings of the labels of the first and the second bounce's images, and the names of these volumes in the
+    /// The beginnings of the labels of the first and the second bounce's images, which are also their names in the
     /// memory plan.
     pub labels: [&'static str; 2],
     pub rows: [&'static str; 2],
-    pub parts: &'static [Part],
-    /// The part that shows, coarsely, all light.
+    pub parts: &'static [VolumeImage],
+    /// The index of the image that represents all light coarsely.
     pub coarse: usize,
-    /// Whether levels are colour targets too, a layer per slice.
+    /// Whether levels are also colour targets, with a layer per slice.
     pub drawn: bool,
-    /// The rule by which a look-up reads outside of the grid.
+    /// The address mode of look-ups outside the grid.
     pub outside: SamplerAddressMode,
 }
 
-/// Images of a face each.
+/// The number of images of a face volume.
 pub const FACES: usize = 7;
 
-/// Seven images: the light that is seen along rays that travel along +x +y +z −x −y −z, and on average
-/// (`glsl/ground/faces/`).
+/// Seven images: the light along rays that travel in +x +y +z −x −y −z, and its average (`glsl/ground/faces/`).
 pub const FACE_VOLUME: VolumeKind = VolumeKind {
     labels: ["first bounce", "second bounce"],
     rows: ["first bounce's volume", "second bounce's volume"],
     parts: &[
-        Part { label: "+x", across: 1, looked_up: "volume_0", below: "source_0", stored: "faces_0" },
-        Part { label: "+y", across: 1, looked_up: "volume_1", below: "source_1", stored: "faces_1" },
-        Part { label: "+z", across: 1, looked_up: "volume_2", below: "source_2", stored: "faces_2" },
-        Part { label: "-x", across: 1, looked_up: "volume_3", below: "source_3", stored: "faces_3" },
-        Part { label: "-y", across: 1, looked_up: "volume_4", below: "source_4", stored: "faces_4" },
-        Part { label: "-z", across: 1, looked_up: "volume_5", below: "source_5", stored: "faces_5" },
-        Part { label: "isotropic", across: 1, looked_up: "volume_6", below: "source_6", stored: "faces_6" },
+        VolumeImage { label: "+x", across: 1, looked_up: "volume_0", below: "source_0", stored: "faces_0" },
+        VolumeImage { label: "+y", across: 1, looked_up: "volume_1", below: "source_1", stored: "faces_1" },
+        VolumeImage { label: "+z", across: 1, looked_up: "volume_2", below: "source_2", stored: "faces_2" },
+        VolumeImage { label: "-x", across: 1, looked_up: "volume_3", below: "source_3", stored: "faces_3" },
+        VolumeImage { label: "-y", across: 1, looked_up: "volume_4", below: "source_4", stored: "faces_4" },
+        VolumeImage { label: "-z", across: 1, looked_up: "volume_5", below: "source_5", stored: "faces_5" },
+        VolumeImage { label: "isotropic", across: 1, looked_up: "volume_6", below: "source_6", stored: "faces_6" },
     ],
     coarse: FACES - 1,
     drawn: true,
@@ -67,21 +66,21 @@ pub const FACE_VOLUME: VolumeKind = VolumeKind {
 
 pub struct LightVolume {
     kind: VolumeKind,
-    /// One per part.
+    /// The images, in the order of the kind's parts.
     pub images: Vec<Image>,
-    /// Voxels of the finest level.
+    /// Voxels along the edge of the finest level.
     pub edge: u32,
     pub levels: u32,
-    /// 0 or 1.
+    /// The bounce, 0 or 1.
     pub bounce: usize,
     sampler: Sampler,
 }
 
 impl LightVolume {
-    /// Of bounce 0 or 1, of `edge`³ voxels.
+    /// A volume of bounce 0 or 1, with `edge`³ voxels.
     ///
     /// # Errors
-    /// Too little memory, or a grid with images larger than the device's may be.
+    /// There is too little memory, or the grid needs images beyond the device's limits.
     pub fn new(context: &Arc<Context>, kind: VolumeKind, bounce: usize, edge: u32) -> Result<Self> {
         let levels = edge.ilog2() + 1;
         let copied = ImageUsageFlags::TRANSFER_SRC | ImageUsageFlags::TRANSFER_DST;
@@ -89,7 +88,7 @@ impl LightVolume {
         if kind.drawn {
             usage |= ImageUsageFlags::COLOR_ATTACHMENT;
         }
-        let image = |part: &Part| {
+        let image = |part: &VolumeImage| {
             let desc = ImageDesc {
                 label: &format!("{} {}", kind.labels[bounce], part.label),
                 dim: ImageDim::D3,
@@ -107,7 +106,7 @@ impl LightVolume {
         Ok(Self { kind, images, edge, levels, bounce, sampler: Sampler::new(context, Filter::LINEAR, kind.outside)? })
     }
 
-    /// One for each bounce that is stored.
+    /// A volume for each stored bounce.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -123,26 +122,26 @@ impl LightVolume {
         kind.rows[..settings.bounces.stored() as usize].iter().map(|row| (*row, bytes)).collect()
     }
 
-    fn parts(&self) -> impl Iterator<Item = (&'static Part, &Image)> {
+    fn parts(&self) -> impl Iterator<Item = (&'static VolumeImage, &Image)> {
         self.kind.parts.iter().zip(&self.images)
     }
 
-    /// To be looked up.
+    /// Bindings for look-ups.
     pub fn binds(&self) -> impl Iterator<Item = Bind<'_>> {
         self.parts().map(|(part, image)| Bind::image(part.looked_up, image.view(), &self.sampler))
     }
 
-    /// The level below `level`, to be read by the mips.
+    /// Bindings of the level below `level`, which the mips read.
     pub fn sources(&self, level: u32) -> Vec<Bind<'_>> {
         self.parts().map(|(part, image)| Bind::image(part.below, image.mip_view(level - 1), &self.sampler)).collect()
     }
 
-    /// A level, to be stored to.
+    /// Bindings of a level for storing.
     pub fn targets(&self, level: u32) -> Vec<Bind<'_>> {
         self.parts().map(|(part, image)| Bind::storage_image(part.stored, image.mip_view(level))).collect()
     }
 
-    /// Draws a triangle over the screen for every slice of a level; every texel is written.
+    /// Draws a triangle over the screen for every slice of a level, which writes every texel.
     pub fn draw<'a>(&'a self, r: &mut Recorder, pipeline: &Raster, binds: &[Bind<'_>], level: u32) {
         let color = |image: &'a Image| ColorTarget::overwritten(image.attachment_view(level));
         let (colors, edge): (Vec<_>, _) = (self.images.iter().map(color).collect(), self.edge >> level);
@@ -150,18 +149,18 @@ impl LightVolume {
         r.raster(&target, |pass| pass.draw(pipeline, binds, &(), DrawCall::Direct { vertices: 3, instances: edge }));
     }
 
-    /// The bytes of those levels of its images.
+    /// Bytes of those levels of all images.
     pub fn bytes(&self, levels: Range<u32>) -> u64 {
         let texels: u64 = self.kind.parts.iter().map(|part| u64::from(part.across).pow(2)).sum();
         8 * texels * levels.map(|level| u64::from(self.edge >> level).pow(3)).sum::<u64>()
     }
 
-    /// The name of the pass that makes its mips.
+    /// The name of the pass that makes the mips.
     pub fn mips_zone(&self) -> &'static str {
         ["mips 1", "mips 2"][self.bounce]
     }
 
-    /// All light that it holds, coarsely: a level of 8³ voxels.
+    /// A coarse representation of all light: a level of 8³ voxels.
     pub fn coarse(&self) -> CoarseLight<'_> {
         CoarseLight::Image(&self.images[self.kind.coarse], self.levels - 4)
     }

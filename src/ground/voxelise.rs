@@ -1,12 +1,12 @@
-//! Voxelise: every triangle into the list of every voxel of any grid that it touches, by an exact triangle/voxel test.
-//! Reads: triangles. Writes: list items, voxels (heads), voxel cells, counters. Twin: `tests/twins/voxelise.rs`.
+//! Voxelise: adds every triangle to the list of every voxel that it touches, in each grid, by an exact triangle/voxel
+//! test. Reads: triangles. Writes: list items, voxels (heads), voxel cells, counters. Twin: `tests/twins/voxelise.rs`.
 //!
-//! A compute pass goes through the columns of voxels about each triangle. As the talk does it, a conservative raster
-//! does, whose pixels are columns: a geometry shader dilates triangles, or the hardware rasterises conservatively.
+//! A compute pass visits the columns of voxels around each triangle. As in the talk, a conservative raster can do this
+//! instead, with a pixel per column: a geometry shader dilates triangles, or the hardware rasterises conservatively.
 //!
-//! Or by samples: a multisampled raster without attachments and without a geometry shader, whose vertex shader pulls
-//! the whole triangle (`glsl/ground/voxelise_samples.vert`). A voxel lists a triangle if a sample of it falls into the
-//! voxel, and how many do. Writes: item samples as well. Twin: `tests/twins/cover.rs`.
+//! The other way is by samples: a multisampled raster without attachments or geometry shader, whose vertex shader
+//! fetches the whole triangle (`glsl/ground/voxelise_samples.vert`). A voxel lists a triangle if samples of it are in
+//! the voxel, with their number. This also writes item samples. Twin: `tests/twins/cover.rs`.
 
 use std::sync::Arc;
 
@@ -26,25 +26,26 @@ use crate::{Error, Result};
 
 pub enum Voxelise {
     Compute(Compute),
-    /// A raster without attachments, with so many samples a pixel.
+    /// A raster without attachments, with this number of samples per pixel.
     Drawn {
         pipeline: Raster,
         samples: u32,
     },
 }
 
-/// Threads of a workgroup in `glsl/ground/voxelise.comp`; each lists a triangle, or all of them one that has many
-/// columns.
+/// Threads of a workgroup in `glsl/ground/voxelise.comp`. Each thread lists a triangle, or all threads share a triangle
+/// with many columns.
 const GROUP: u32 = 64;
-/// Workgroups that go through all triangles at least, so that every processor has a part of the large ones,
+/// The minimum number of workgroups over all triangles, so that every processor has a part of the large ones.
 const LEAST_GROUPS: u32 = 2048;
-/// and those that share a triangle at most.
+/// The maximum number of workgroups that share a triangle.
 const MOST_SHARES: u32 = 8;
 
-/// The most samples per pixel, up to `wanted`, of a raster without attachments whose samples lie where Vulkan says.
+/// The number of samples per pixel, at most `wanted`, of a raster without attachments with Vulkan's standard sample
+/// locations.
 ///
 /// # Errors
-/// Several are wanted, and the device places them as it likes.
+/// Several samples are needed, and the device has no standard locations.
 pub fn samples_per_pixel(context: &Context, wanted: u32) -> Result<u32> {
     let limits = &context.limits;
     if wanted > 1 && limits.standard_sample_locations == 0 {
@@ -59,10 +60,11 @@ pub fn samples_per_pixel(context: &Context, wanted: u32) -> Result<u32> {
 }
 
 impl Voxelise {
-    /// Lists what triangles touch or, as in the talk, what they touch once dilated.
+    /// Lists the triangles that touch voxels or, as in the talk, whose dilated form does.
     ///
     /// # Errors
-    /// The device lacks what `wants` asks for, or dilated triangles are to be listed by what does not dilate them.
+    /// The device lacks a feature that `wants` needs, or dilated triangles are requested from a pass that does not
+    /// dilate.
     pub fn new(context: &Arc<Context>, constants: &[Constant], wants: &Wants) -> Result<Self> {
         let Wants { conservative, dilated, .. } = *wants;
         if conservative != Conservative::GeometryShader && dilated {
@@ -100,8 +102,8 @@ impl Voxelise {
         Self::made_of(context, &desc)
     }
 
-    /// Lists the triangles of which samples fall into a voxel. `wanted`: samples per pixel, as far as the device has
-    /// them.
+    /// Lists triangles whose samples are in a voxel. `wanted` is the number of samples per pixel, as far as the device
+    /// supports it.
     ///
     /// # Errors
     /// As [`samples_per_pixel`].
@@ -118,24 +120,24 @@ impl Voxelise {
         Self::made_of(context, &desc)
     }
 
-    /// A raster without attachments that goes through every voxel column.
+    /// A raster without attachments over every column of voxels.
     ///
     /// # Errors
-    /// A lost device.
+    /// The device is lost.
     pub fn made_of(context: &Arc<Context>, desc: &RasterDesc) -> Result<Self> {
         Ok(Self::Drawn { pipeline: Raster::new(context, desc)?, samples: desc.samples })
     }
 
-    /// `zone`: the name of the pass.
+    /// `zone` is the name of the pass.
     pub fn record(&self, recorder: &mut Recorder, zone: &'static str, ground: &Ground, lists: &Lists) {
         let kind = if matches!(self, Self::Compute(_)) { ZoneKind::Compute } else { ZoneKind::Raster };
         recorder.zone(zone, kind, lists.items.bytes(), |r| {
-            r.full_barrier(); // record wrote the triangles and the draw's count, reset the lists
+            r.full_barrier(); // record wrote the triangles and the draw's count, and reset the lists
             self.list(r, ground, lists);
         });
     }
 
-    /// Lists everything that was recorded in a grid.
+    /// Lists all recorded triangles in a grid.
     pub fn list(&self, recorder: &mut Recorder, ground: &Ground, lists: &Lists) {
         let binds = [
             Bind::buffer("globals", &lists.globals),
@@ -166,7 +168,7 @@ impl Voxelise {
     }
 }
 
-/// Push constants that place the grid, and each box of finer voxels within the base grid.
+/// Push constants for the grid, and for each box of finer voxels within the base grid.
 fn pushes(lists: &Lists, boxes: u32) -> Vec<GridPush> {
     let edge = lists.place.edge;
     if lists.place != GridPlace::base(edge) || boxes == 0 {
@@ -187,7 +189,7 @@ fn pushes(lists: &Lists, boxes: u32) -> Vec<GridPush> {
 }
 
 impl Ground {
-    /// A draw of everything that was recorded.
+    /// A draw of all recorded triangles.
     pub fn recorded(&self) -> DrawCall<'_> {
         DrawCall::Indirect { buffer: &self.base().globals, offset: 0 }
     }

@@ -1,20 +1,20 @@
-//! Ledgers: pages about a source, row by row: what it prints, what is right instead, and how much that changes an
+//! Ledgers: pages that list, row by row, what a source prints, the correct form, and the effect of the difference on an
 //! image.
 //!
-//! A page is written by hand. A line whose settings stand in its cells is a job; its last cells are the job's result.
-//! Which cells, the name of the table says: see [`Job`].
+//! A page is written by hand. A line with settings in its cells describes a measurement, whose results are in its last
+//! cells. The table's name determines the kind of cells: see [`Comparison`].
 
 use super::table::{self, cells, coded};
 use crate::gi::Method;
 use crate::{Error, Result};
 
-/// The page of a method's source.
+/// The page about a method's source.
 pub struct Ledger {
     pub method: Method,
-    /// Rows are measured on top of it.
+    /// The preset to which rows are compared.
     pub preset: &'static str,
     pub page: &'static str,
-    /// The page as it was when the program was built.
+    /// The text of the page at build time.
     pub text: &'static str,
 }
 
@@ -30,34 +30,34 @@ impl Ledger {
     }
 }
 
-/// The measurement for a line of a page. Settings are `key=value`; `sky=value` is the scene's.
+/// The measurement of a line. Settings are `key=value`; `sky=value` is the scene's sky.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Job {
-    /// `changes`: the images with `printed` and without are compared, both with `right`. The third last cell has the
-    /// settings: those before "on" are `printed`. The result: mean |printed − right| over the mean of right, and mean
-    /// over mean.
+pub enum Comparison {
+    /// `changes`: compares images with and without `printed`, both with `right`. The third last cell has the settings:
+    /// those before "on" are `printed`. The results are mean |printed − right| over the mean of right, and the ratio of
+    /// the means.
     Change { printed: Vec<String>, right: Vec<String> },
     /// `fills`: error and energy of the indirect light on diffuse surfaces, against the path tracer. The first cell has
-    /// the settings, the head the scenes.
+    /// the settings, and the head the scenes.
     Fill { settings: Vec<String>, scenes: Vec<String> },
-    /// `furnaces`: radiance in a closed room after two bounces over what is right. The first cells have the settings,
-    /// the walls' albedo, and whether a block stands inside; the head has the grids.
+    /// `furnaces`: radiance in a closed room after two bounces over the exact value. The first cells have the settings,
+    /// the walls' albedo, and whether there is a block inside; the head has the grids.
     Furnace { settings: Vec<String>, albedo: f32, block: bool, edges: Vec<u32> },
 }
 
-/// A line of a page that is measured.
+/// A measured line of a page.
 #[derive(Clone, Debug)]
 pub struct Line {
-    /// From 0.
+    /// The number of the line, from 0.
     pub at: usize,
-    /// The first cells, which say what it is.
+    /// The first cells, which describe the line.
     pub name: String,
-    /// Its last cells: as many as the job's results.
+    /// The last cells: one for each result.
     pub results: Vec<String>,
-    pub job: Job,
+    pub job: Comparison,
 }
 
-/// The lines that are measured, in the order of the page.
+/// The measured lines in the order of the page.
 ///
 /// # Errors
 /// A sentence about a line that cannot be read.
@@ -83,19 +83,19 @@ pub fn lines(page: &str) -> Result<Vec<Line>> {
             "changes" => {
                 let cell = cells[cells.len() - 3];
                 let (printed, right) = cell.split_once(" on ").unwrap_or((cell, ""));
-                (2, Job::Change { printed: settings(printed), right: settings(right) })
+                (2, Comparison::Change { printed: settings(printed), right: settings(right) })
             }
-            "fills" => (cells.len() - 1, Job::Fill { settings: settings(cells[0]), scenes: owned(&head[1..]) }),
+            "fills" => (cells.len() - 1, Comparison::Fill { settings: settings(cells[0]), scenes: owned(&head[1..]) }),
             "furnaces" => {
                 let edges = head[3..].iter().map(|edge| edge.trim_end_matches('³').parse());
                 let edges = edges.collect::<std::result::Result<_, _>>().map_err(|_| wrong())?;
                 let albedo = cells[1].parse().map_err(|_| wrong())?;
                 let block = cells[2] == "with a block";
-                (cells.len() - 3, Job::Furnace { settings: settings(cells[0]), albedo, block, edges })
+                (cells.len() - 3, Comparison::Furnace { settings: settings(cells[0]), albedo, block, edges })
             }
             _ => continue,
         };
-        if !matches!(&job, Job::Change { printed, .. } if printed.is_empty()) {
+        if !matches!(&job, Comparison::Change { printed, .. } if printed.is_empty()) {
             let (first, results) = cells.split_at(cells.len() - count);
             let first = if name == "changes" { &first[..1] } else { first };
             found.push(Line { at, name: first.join(", ").replace('`', ""), results: owned(results), job });
@@ -104,7 +104,7 @@ pub fn lines(page: &str) -> Result<Vec<Line>> {
     Ok(found)
 }
 
-/// The page with other results: of some lines, by their place.
+/// The page with new results for some lines, by their index.
 pub fn with_results<'a>(page: &str, results: impl Fn(usize) -> Option<&'a [String]>) -> String {
     let line = |(at, line): (usize, &str)| match (results(at), cells(line)) {
         (Some(results), Some(cells)) => {
@@ -138,8 +138,8 @@ mod tests {
                     <!-- table: furnaces -->\n\n| fill | albedo | room | 32³ |\n|---|---|---|---|\n| `d=4` | 0.5 | empty | – |\n\n<!-- end -->\n";
         let found = lines(page).unwrap();
         let names = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
-        assert_eq!(found[0].job, Job::Change { printed: names(&["a=1"]), right: names(&["b=2", "c=3"]) });
-        let furnace = Job::Furnace { settings: names(&["d=4"]), albedo: 0.5, block: false, edges: vec![32] };
+        assert_eq!(found[0].job, Comparison::Change { printed: names(&["a=1"]), right: names(&["b=2", "c=3"]) });
+        let furnace = Comparison::Furnace { settings: names(&["d=4"]), albedo: 0.5, block: false, edges: vec![32] };
         assert_eq!((&found[1].job, found[1].name.as_str(), found.len()), (&furnace, "d=4, 0.5, empty", 2));
         let results = names(&["1.00 %", "2.000"]);
         let filled = with_results(page, |at| (at == found[0].at).then_some(&results[..]));

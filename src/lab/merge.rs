@@ -1,34 +1,33 @@
-//! Folders that several machines filled, as one. What determines a row also determines its numbers, its times excepted:
-//! rows that two folders have are held against each other.
+//! Merges folders that several machines filled. A row's inputs determine its numbers, except times, so rows that occur
+//! in two folders are compared.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use super::store::{Row, Store, Stored};
+use super::store::{ExperimentRow, Store, Stored};
 use crate::output::file;
 use crate::{Error, Result};
 
-/// Rows of several folders together.
-pub struct Merged<R: Row> {
-    /// In the order of the whole chart; those of several devices in the order of their keys.
+/// The rows of several folders.
+pub struct Merged<R: ExperimentRow> {
+    /// Rows in the order of the whole chart; those of several devices in the order of their keys.
     pub rows: Vec<Stored<R>>,
     /// Rows with further times, which become history.
     pub twice: usize,
-    /// Addresses that no row has.
+    /// The number of addresses without a row.
     pub missing: usize,
     history: Vec<Stored<R>>,
     /// Images of rows whose errors are not final.
     images: Vec<(PathBuf, String)>,
 }
 
-/// Reads folders of a kind of rows. `order`: the addresses of the rows to show; other rows that a folder keeps are
-/// history.
+/// Reads folders with rows of one kind. `order` holds the addresses of the rows to show; other rows become history.
 ///
 /// # Errors
-/// [`Error::Usage`]: rows of the same key differ, with the names of some of them.
-pub fn merge<R: Row>(folders: &[&Path], order: &[&str]) -> Result<Merged<R>> {
+/// [`Error::Usage`] with some of the names, if rows with the same key differ.
+pub fn merge<R: ExperimentRow>(folders: &[&Path], order: &[&str]) -> Result<Merged<R>> {
     let places: BTreeMap<&str, usize> = order.iter().enumerate().map(|(place, address)| (*address, place)).collect();
-    // By place and key: a row, and the folder that it is of.
+    // For each place and key: a row, and its folder.
     let mut rows: BTreeMap<(usize, String), (Stored<R>, &Path)> = BTreeMap::new();
     let (mut history, mut twice, mut different) = (Vec::new(), 0, Vec::new());
     for folder in folders {
@@ -78,8 +77,8 @@ pub fn merge<R: Row>(folders: &[&Path], order: &[&str]) -> Result<Merged<R>> {
     Ok(Merged { rows: rows.into_values().map(|(stored, _)| stored).collect(), twice, missing, history, images })
 }
 
-impl<R: Row> Merged<R> {
-    /// Writes the rows into a folder, which may have some of them already.
+impl<R: ExperimentRow> Merged<R> {
+    /// Writes the rows into a folder, which may already have some of them.
     pub fn save(&self, store: &Store<R>) -> Result<()> {
         for row in &self.rows {
             store.put(row.clone())?;

@@ -1,28 +1,28 @@
-//! The shell of all pages: one file with its style, its programs, its data and its pictures inside.
+//! The shell of all pages: a single file with its style, scripts, data and pictures.
 
 use serde::Serialize;
 
 use super::store::unix_s;
 use crate::output::svg::escape;
 
-/// The parts of a page besides the shell.
+/// The parts of a page that the shell does not have.
 pub struct Page<'a> {
     pub title: &'a str,
-    /// The measured subjects and the devices, in a sentence.
+    /// A sentence about the measured subjects and the devices.
     pub about: &'a str,
-    /// The parts that are not there yet, in sentences.
+    /// Sentences about missing parts.
     pub missing: &'a str,
-    /// Whether the program still fills the folder: then the page looks for a newer one of itself.
+    /// Whether the program still fills the folder, so that the page reloads itself.
     pub running: bool,
-    /// Its own rules besides those of the shell.
+    /// Style rules in addition to those of the shell.
     pub style: &'a str,
-    /// The controls and the main part, HTML.
+    /// The controls and the main part in HTML.
     pub body: &'a str,
-    /// Its own program, which runs after those of the shell.
+    /// The page's own script, which runs after those of the shell.
     pub program: &'a str,
 }
 
-/// The data that the page's programs read.
+/// The data for the page's scripts.
 #[derive(Serialize)]
 struct Data<'a, T> {
     #[serde(flatten)]
@@ -32,12 +32,12 @@ struct Data<'a, T> {
 }
 
 impl Page<'_> {
-    /// The bytes of `index.html`. `data`: an object that the program reads, with the rows as they are kept.
+    /// The bytes of `index.html`. `data` is an object for the scripts, with the stored rows.
     pub fn html(&self, data: &impl Serialize) -> String {
         let data = Data { data, running: self.running, written_unix_s: unix_s() };
         let data = serde_json::to_string(&data)
             .expect("rows are plain data, which JSON can hold")
-            // Inside a script nothing may look like the script's end.
+            // The text of a script must not contain its end tag.
             .replace('<', "\\u003c");
         let page = include_str!("page/shell.html")
             .replace("{{title}}", &escape(self.title))
@@ -49,7 +49,7 @@ impl Page<'_> {
             .replace("{{shell}}", include_str!("page/shell.js"))
             .replace("{{plot}}", include_str!("page/plot.js"))
             .replace("{{program}}", self.program);
-        // Last, so that no text in it is taken for a place to fill in.
+        // The data comes last, so that no text in it is mistaken for a placeholder.
         page.replace("{{data}}", &data)
     }
 }

@@ -1,4 +1,4 @@
-//! A scene of which single images are measured, by the renderer and by the path tracer.
+//! A scene for measurements of single images, by the renderer and by the path tracer.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ pub struct Specimen {
 }
 
 impl Specimen {
-    /// As the scene's first camera shows it, or else a view that frames it.
+    /// The view of the scene's first camera, or else one that frames the scene.
     pub fn new(scene: Scene) -> Self {
         let pose = scene.pose(None, 0.0);
         let view = if scene.cameras.is_empty() { View::framing(scene.bounds(None)) } else { scene.view(&pose, 0) };
@@ -37,7 +37,7 @@ impl Specimen {
         Still::new(&self.scene, &self.pose, &self.view)
     }
 
-    /// Of an image with `size` pixels, of a grid about the scene.
+    /// Options for an image with `size` pixels and a grid around the scene.
     pub fn options(&self, size: (u32, u32)) -> RenderOptions {
         RenderOptions::new(size, self.scene.bounds(None))
     }

@@ -1,6 +1,6 @@
-//! Finished rows in a folder, one file each, written whole or not at all: no row is lost when the program is stopped.
-//! See [`file::write_kept`] for their form. And results of any kind in the user's cache folder, each under a hash of
-//! all that determines it.
+//! A store of finished rows in a folder, with one file each, written completely or not at all, so that stopping the
+//! program loses no row. [`file::write_kept`] describes the format. Also a store of results in the user's cache folder,
+//! by a hash of everything that determines them.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -17,48 +17,48 @@ use crate::vk::Context;
 use crate::{Error, Result};
 
 const ROWS: &str = "rows";
-/// Of rows that newer ones took the place of.
+/// The folder of rows that newer ones replaced.
 const HISTORY: &str = "history";
 
-/// The purpose of a folder.
+/// The kind of a folder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kind {
-    /// The command that writes it; the file `<command>.txt` marks the folder.
+    /// The command that writes the folder; the file `<command>.txt` marks it.
     pub command: &'static str,
-    /// In words, with an article.
+    /// The kind in words with an article.
     pub words: &'static str,
-    /// Of its rows: others are measured again.
+    /// The version of its rows; rows of other versions are measured again.
     pub version: u32,
 }
 
 /// A row of an experiment.
-pub trait Row: Clone + Serialize + DeserializeOwned {
-    /// Pictures that are kept beside it and embedded in pages.
+pub trait ExperimentRow: Clone + Serialize + DeserializeOwned {
+    /// Pictures that are stored with a row and embedded in pages.
     type Pictures: Clone + Serialize + DeserializeOwned;
 
-    /// The folder of such rows.
+    /// The kind of folder for such rows.
     const KIND: Kind;
 
     /// Hash over everything that determines the row except the program.
     fn key(&self) -> &str;
-    /// Hash over the same but the device: shards and merged folders know a row of any machine by it.
+    /// Hash over everything that determines the row except the program and the device: shards and merged folders
+    /// identify the rows of any machine by it.
     fn address(&self) -> &str;
-    /// Absent until it ran.
+    /// The origin; `None` until the row was measured.
     fn origin(&self) -> Option<&Origin>;
-    /// Whether it ran.
+    /// Whether the row was measured.
     fn is_measured(&self) -> bool;
-    /// Its name in messages.
+    /// The row's name in messages.
     fn title(&self) -> String;
-    /// The values that every machine with the same device and driver must find: all but times and the place of
-    /// measurement.
+    /// The values that must be equal on every machine with the same device and driver: all except times and origin.
     fn lasting(&self) -> Value;
 
-    /// The noise that its numbers have; of two rows the one with less is kept.
+    /// The noise of its numbers; of two rows the one with less noise is kept.
     fn noise(&self) -> f64 {
         0.0
     }
 
-    /// Seconds since 1970 at which it was measured; 0 where that is not known.
+    /// The time of measurement in seconds since 1970; 0 if unknown.
     fn unix_s(&self) -> u64 {
         self.origin().map_or(0, |origin| origin.unix_s)
     }
@@ -82,7 +82,7 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// Of rows that are made now by this program, but for the time.
+    /// The origin of rows that this program measures now, without the time.
     pub fn new(context: &Context, machine: String, build: &str, label: Option<String>) -> Self {
         let (device, driver) = (context.name.clone(), context.driver.clone());
         let program = env!("CARGO_PKG_VERSION").to_owned();
@@ -94,7 +94,7 @@ impl Origin {
         Self { unix_s: unix_s(), ..self.clone() }
     }
 
-    /// The place of measurement, a device in a machine: times of one place may be compared.
+    /// The place of measurement, a device in a machine. Times of one place are comparable.
     pub fn place(&self) -> [&str; 3] {
         [&self.machine, &self.device, &self.driver]
     }
@@ -128,13 +128,12 @@ impl Kind {
     }
 }
 
-/// A folder of rows. Nothing is written into it before the first row; a folder that was made and stays empty is
-/// removed.
+/// A folder of rows. Nothing is written into it before the first row, and a new folder that stays empty is removed.
 pub struct Store<R> {
     folder: PathBuf,
-    /// Whether there was no such folder before.
+    /// Whether the folder was created.
     made: bool,
-    /// Hash of the program's own bytes.
+    /// Hash of the program's own file.
     program: String,
     any_build: bool,
     _lock: fs::File,
@@ -144,20 +143,20 @@ pub struct Store<R> {
 /// A row and its pictures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
-pub struct Stored<R: Row> {
+pub struct Stored<R: ExperimentRow> {
     pub version: u32,
-    /// The build that measured it: another may measure something else.
+    /// The build that measured it; another build may give other numbers.
     pub program: String,
     pub row: R,
     pub pictures: Option<R::Pictures>,
 }
 
-impl<R: Row> Store<R> {
-    /// An empty folder, a new one, or an earlier one of this kind, whose rows count if this build of the program
-    /// measured them, or with `any_build`.
+impl<R: ExperimentRow> Store<R> {
+    /// Opens an empty folder, a new one, or an earlier one of this kind. Its rows are valid if this build of the
+    /// program measured them, or with `any_build`.
     ///
     /// # Errors
-    /// [`Error::File`]: it holds something else, another process fills it, or nothing can be written there.
+    /// [`Error::File`] if the folder has other content, another process fills it, or it cannot be written.
     pub fn open(folder: &Path, any_build: bool) -> Result<Self> {
         if folder.exists() && !folder.is_dir() {
             return Err(Error::file(folder, "is a file; -o takes a folder"));
@@ -170,7 +169,7 @@ impl<R: Row> Store<R> {
         })?;
         let (folder_path, rows) = (folder.to_owned(), PhantomData);
         let store = Self { folder: folder_path, made, program: program()?, any_build, _lock: lock, rows };
-        // A file that a killed program left half written does not count.
+        // A partly written file of a killed program does not count.
         let is_part = |e: fs::DirEntry| e.file_name().to_string_lossy().ends_with(".part");
         let entries = fs::read_dir(folder).map_err(failed)?;
         if !R::KIND.marks(folder) && entries.flatten().any(|entry| !is_part(entry)) {
@@ -182,27 +181,27 @@ impl<R: Row> Store<R> {
         Ok(store)
     }
 
-    /// A file of the folder.
+    /// The path of a file in the folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
 
-    /// The row kept under `key`; `None` if there is none, or it is damaged: then it is measured again.
+    /// The row with `key`; `None` if there is none, or it is damaged and must be measured again.
     pub fn load(&self, key: &str) -> Option<Stored<R>> {
         let stored = Self::read(&self.row_path(key))?;
         let same_build = self.any_build || stored.program == self.program;
         (stored.row.key() == key && same_build).then_some(stored)
     }
 
-    /// A row of this version in a file.
+    /// Reads a row of this version from a file.
     fn read(path: &Path) -> Option<Stored<R>> {
         let stored: Stored<R> = toml::from_str(&fs::read_to_string(path).ok()?).ok()?;
         (stored.version == R::KIND.version).then_some(stored)
     }
 
-    /// Every row that a folder keeps, of other builds and of former charts too, and those that newer ones took the
-    /// place of. Keys and builds become names of files, so a row of which one of them could lead to another folder is
-    /// left out, as a damaged one is.
+    /// All rows in a folder, including those of other builds and earlier charts, and those that newer rows replaced.
+    /// Keys and builds become file names, so rows in which one could lead to another folder are left out, like damaged
+    /// ones.
     pub fn read_all(folder: &Path) -> [Vec<Stored<R>>; 2] {
         [ROWS, HISTORY].map(|name| {
             let entries = fs::read_dir(folder.join(name)).into_iter().flatten().flatten();
@@ -215,12 +214,12 @@ impl<R: Row> Store<R> {
         })
     }
 
-    /// Keeps a row that this build made. One of another build under the same key becomes history.
+    /// Stores a row that this build measured. A row of another build with the same key becomes history.
     pub fn save(&self, row: R, pictures: Option<R::Pictures>) -> Result<Stored<R>> {
         self.put(Stored { version: R::KIND.version, program: self.program.clone(), row, pictures })
     }
 
-    /// Keeps a row as it is. One of another build under the same key becomes history, without its pictures.
+    /// Stores a row unchanged. A row of another build with the same key becomes history, without its pictures.
     pub fn put(&self, stored: Stored<R>) -> Result<Stored<R>> {
         if !R::KIND.marks(&self.folder) {
             file::write(&self.path(&R::KIND.mark()), R::KIND.mark_text().as_bytes())?;
@@ -234,7 +233,7 @@ impl<R: Row> Store<R> {
         Ok(stored)
     }
 
-    /// Keeps a row beside those of today, without its pictures.
+    /// Stores a row in the history, without its pictures.
     pub fn put_into_history(&self, stored: Stored<R>) -> Result<()> {
         let [key, build] = [stored.row.key(), &stored.program].map(|text| text.chars().take(16).collect::<String>());
         let path = self.path(HISTORY).join(format!("{key}-{}-{build}.toml", stored.row.unix_s()));
@@ -247,7 +246,7 @@ impl<R: Row> Store<R> {
         &self.program[..12]
     }
 
-    /// Where the image of a row is kept as long as its errors are not final.
+    /// The path of a row's image, which is kept until its errors are final.
     pub fn image_path(&self, key: &str) -> PathBuf {
         Self::image_in(&self.folder, key)
     }
@@ -265,7 +264,7 @@ impl<R: Row> Store<R> {
 impl<R> Drop for Store<R> {
     fn drop(&mut self) {
         if self.made {
-            // Works on an empty folder only.
+            // This only works on an empty folder.
             let _ = fs::remove_dir(&self.folder);
         }
     }
@@ -277,31 +276,31 @@ fn program() -> Result<String> {
     Ok(blake3::hash(&bytes).to_string())
 }
 
-/// The device, which determines the numbers of a row besides its subject.
+/// The device in words, which determines the numbers of a row together with its subject.
 pub fn device_words(context: &Context) -> String {
     format!("{} / {} / {:?}", context.name, context.driver, context.api_version)
 }
 
-/// 32 digits over everything that a row is made of.
+/// A hash of 32 digits over everything that determines a row.
 pub fn short_hash(about: &serde_json::Value) -> String {
     blake3::hash(about.to_string().as_bytes()).to_hex()[..32].to_owned()
 }
 
-/// Results in the user's cache folder, or nowhere to keep any.
+/// Results in the user's cache folder, or no folder.
 pub struct Results {
     folder: Option<PathBuf>,
-    /// The part that every key has in common.
+    /// The common part of all keys.
     common: String,
-    /// Whether what is kept counts.
+    /// Whether stored results are used.
     reads: bool,
 }
 
-/// Bytes that are kept: beyond these, those go that were written first.
+/// Maximum bytes of stored results. The oldest ones are deleted first.
 const MOST_BYTES: u64 = 256 << 20;
 
 impl Results {
-    /// `about`: what all of them depend on besides the program, such as the device. `anew`: what was kept before does
-    /// not count.
+    /// `about` describes their common inputs in addition to the program, such as the device. `anew` ignores earlier
+    /// results.
     ///
     /// # Errors
     /// The program's own file cannot be read.
@@ -309,23 +308,23 @@ impl Results {
         Ok(Self { folder, common: format!("{about} {}", program()?), reads: !anew })
     }
 
-    /// Whether anything can be kept.
+    /// Whether results can be stored.
     pub fn keeps(&self) -> bool {
         self.folder.is_some()
     }
 
-    /// The key of what is about these words.
+    /// The key for inputs described by `about`.
     pub fn key(&self, about: &str) -> String {
         blake3::hash(format!("{} {about}", self.common).as_bytes()).to_hex()[..32].to_owned()
     }
 
-    /// `None` where nothing is kept, or it is damaged.
+    /// A stored result; `None` if there is none, or it is damaged.
     pub fn load<T: DeserializeOwned>(&self, key: &str) -> Option<T> {
         let text = fs::read_to_string(self.path(key).filter(|_| self.reads)?).ok()?;
         toml::from_str(&text).ok()
     }
 
-    /// Keeps a result. One that cannot be kept only costs time in the next call.
+    /// Stores a result. A failure only costs time in the next call.
     pub fn save(&self, key: &str, value: &impl Serialize) {
         let Some((folder, path)) = self.folder.as_ref().zip(self.path(key)) else { return };
         match file::create_folder(folder).and_then(|()| file::write_kept(&path, value)) {

@@ -15,11 +15,11 @@ const CLOSE: &str = "<!-- end -->";
 /// A cell whose number was not measured.
 pub const MISSING: &str = "–";
 
-/// A spreadsheet takes a text for a formula that begins so.
+/// First characters of a text that a spreadsheet takes for a formula.
 const FORMULA: [u8; 6] = *b"=+-@\t\r";
 
-/// The cell with an apostrophe before it where a spreadsheet would take it for a formula, as it would a name that
-/// someone else chose. Numbers stay as they are.
+/// The cell with an apostrophe in front if a spreadsheet would take it for a formula, which could be a name chosen by
+/// someone else. Numbers are unchanged.
 fn defused(cell: &[u8]) -> Cow<'_, [u8]> {
     let is_number = || str::from_utf8(cell).is_ok_and(|text| text.parse::<f64>().is_ok());
     match cell.first() {
@@ -28,7 +28,7 @@ fn defused(cell: &[u8]) -> Cow<'_, [u8]> {
     }
 }
 
-/// The text of a cell that [`defused`] wrote.
+/// The original text of a cell that [`defused`] wrote.
 fn as_given(cell: &str) -> &str {
     match cell.as_bytes() {
         [b'\'', first, ..] if FORMULA.contains(first) => &cell[1..],
@@ -36,7 +36,7 @@ fn as_given(cell: &str) -> &str {
     }
 }
 
-/// Rows of cells as CSV (RFC 4180, lines end in a newline). No cell is a formula.
+/// Rows of cells as CSV (RFC 4180, with newlines). No cell is a formula.
 pub fn to_csv<C: AsRef<[u8]>>(rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
@@ -88,7 +88,7 @@ pub fn read_csv(path: &Path) -> Result<Vec<CsvRow>> {
     Ok(from_csv(&text).map_err(|why| Error::file(path, why))?.1)
 }
 
-/// A Markdown table. `align`: a character for each column, `-` for text and `:` for numbers; the last one counts for
+/// A Markdown table. `align` has a character for each column, `-` for text and `:` for numbers; the last one applies to
 /// all further columns.
 pub fn markdown<H: AsRef<str>, C: AsRef<str>>(
     head: impl IntoIterator<Item = H>,
@@ -126,10 +126,10 @@ pub fn coded(text: &str) -> Vec<&str> {
     text.split('`').skip(1).step_by(2).collect()
 }
 
-/// A page with the text between its marks replaced. `table`: from a table's name and its text to its new text.
+/// A page with new text between its marks. `table` maps a table's name and old text to its new text.
 ///
 /// # Errors
-/// Those of `table`, and a sentence about a mark without an end.
+/// Errors of `table`, and a sentence about a mark without an end.
 pub fn fill(page: &str, mut table: impl FnMut(&str, &str) -> Result<String>) -> Result<String> {
     let (mut text, mut rest) = (String::new(), page);
     while let Some((before, after)) = rest.split_once(OPEN) {
@@ -156,10 +156,10 @@ pub fn tables(page: &str) -> Result<Vec<(String, String)>> {
     Ok(found)
 }
 
-/// Fills the tables of a page on disk; says whether something changed.
+/// Fills the tables of a page on disk. Returns whether something changed.
 ///
 /// # Errors
-/// As [`fill`], and a page that cannot be read or written.
+/// As [`fill`]; also a page that cannot be read or written.
 pub fn fill_file(path: &Path, table: impl FnMut(&str, &str) -> Result<String>) -> Result<bool> {
     let before = std::fs::read_to_string(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
     let after = fill(&before, table).map_err(|error| match error {

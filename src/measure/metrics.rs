@@ -1,6 +1,7 @@
-//! The one definition of an image's error against its reference: `energy rel relmse p95 flip` of the whole image; all
-//! but `flip` also of the indirect light, and of the indirect light on diffuse surfaces. `docs/accuracy.md` has it as a
-//! formula, and [`super::terms`] says with which settings the indirect light of a method is measured.
+//! The definition of an image's error against its reference, which everything else uses: `energy rel relmse p95 flip`
+//! of the whole image, and all except `flip` also of the indirect light, and of the indirect light on diffuse surfaces.
+//! `docs/accuracy.md` has the formulas, and [`super::terms`] the settings with which the indirect light of a method is
+//! measured.
 //!
 //! Pixels that are not finite in one of the images are counted and excluded from every metric.
 
@@ -34,7 +35,7 @@ pub struct Metrics {
     pub p95: f64,
 }
 
-/// Which part of the light.
+/// A part of the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     Total,
@@ -47,14 +48,14 @@ pub enum Part {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Parts<T> {
     pub total: T,
-    /// Absent where the reference has no indirect light, or it is not judged.
+    /// `None` if the reference has no indirect light, or it is not judged.
     pub indirect: Option<T>,
-    /// Absent where there are no pixels of diffuse surfaces alone, or no indirect light reaches them.
+    /// `None` if there are no pixels with only diffuse surfaces, or no indirect light reaches them.
     pub diffuse: Option<T>,
 }
 
 impl<T: Copy> Parts<T> {
-    pub fn of(&self, part: Part) -> Option<T> {
+    pub fn of_part(&self, part: Part) -> Option<T> {
         match part {
             Part::Total => Some(self.total),
             Part::Indirect => self.indirect,
@@ -76,13 +77,13 @@ pub struct Comparison {
     pub total: Metrics,
     /// Mean of [`Self::flip_map`].
     pub flip: f64,
-    /// Of the indirect light: the images less the direct light that [`Subtract`] names. Absent without the layers that
-    /// this takes, and where the reference has no indirect light.
+    /// Metrics of the indirect light: the images minus the direct light that [`Subtract`] selects. `None` without the
+    /// required layers, and if the reference has no indirect light.
     pub indirect: Option<Metrics>,
-    /// Of the indirect light over the pixels in which the reference shows only diffuse surfaces, neither metallic nor
-    /// transmitting; absent if it has no diffuse layer, no such pixels, or no indirect light in them.
+    /// Metrics of the indirect light over the pixels in which the reference shows only diffuse surfaces, neither
+    /// metallic nor transmitting. `None` if it has no diffuse layer, no such pixels, or no indirect light in them.
     pub indirect_diffuse: Option<Metrics>,
-    /// LDR-FLIP per pixel, 0 to 1, at 67 pixels per degree, of the images exposed and cut at 1.
+    /// LDR-FLIP per pixel, 0 to 1, at 67 pixels per degree, after exposing and clamping both images.
     #[serde(skip)]
     pub flip_map: Vec<f32>,
     /// The factor on both images for FLIP.
@@ -104,7 +105,7 @@ impl Metrics {
 }
 
 impl NonFinite {
-    pub fn of(pixels: &[[f32; 3]]) -> Self {
+    pub fn of_pixels(pixels: &[[f32; 3]]) -> Self {
         let values = pixels.iter().flatten();
         Self { nan: values.clone().filter(|v| v.is_nan()).count(), inf: values.filter(|v| v.is_infinite()).count() }
     }
@@ -114,7 +115,8 @@ impl NonFinite {
     }
 }
 
-/// Compares two images of the same size. `subtract`: whose direct light is taken off to leave the indirect light.
+/// Compares two images of the same size. `subtract` selects the direct light that is subtracted to leave the indirect
+/// light.
 ///
 /// # Errors
 /// [`Error::Usage`] for different sizes, an image without finite pixels and a black reference.
@@ -152,13 +154,14 @@ pub fn compare(image: &Layers, reference: &Layers, subtract: Subtract) -> Result
         indirect: parts.and_then(|(a, b)| metrics(&a, &b, "reference's indirect part").ok()),
         flip_map,
         exposure,
-        image: NonFinite::of(image.beauty()),
-        reference: NonFinite::of(reference.beauty()),
+        image: NonFinite::of_pixels(image.beauty()),
+        reference: NonFinite::of_pixels(reference.beauty()),
     })
 }
 
-/// [`compare`] of images with the headers of their files; an image of another program has no entries in its. Also the
-/// settings with which the image must be rendered again before its indirect light can be compared; empty if it can.
+/// [`compare`] for images with the headers of their files; an image of another program has no entries in its header.
+/// Also returns the settings with which the image must be rendered again before its indirect light can be compared;
+/// empty if it can be.
 ///
 /// # Errors
 /// As for [`compare`].
@@ -174,10 +177,10 @@ pub fn compare_files(image: &Layers, reference: &Layers, headers: [&Metadata; 2]
     Ok((comparison, needs))
 }
 
-/// The noise that a reference's own error may add to `rel`, by part of the light: mean |error of the reference| over
-/// its mean; of the indirect light, the whole light's noise, which is no smaller. `error`: the expected error of every
-/// pixel of the reference. By the triangle inequality no image's `rel` differs by more from that against a reference
-/// without noise; and as the noise has no mean, it makes `rel` larger, not smaller, but for chance that averages out
+/// The noise that a reference's own error may add to `rel`, for each part of the light: mean |error of the reference|
+/// over its mean. For the indirect light it is the whole light's noise, which is no smaller. `error` is the expected
+/// error of every pixel of the reference. By the triangle inequality no image's `rel` differs by more from that against
+/// a reference without noise. Because the noise has zero mean, it increases `rel`, apart from chance that averages out
 /// over the pixels.
 pub fn noise_in_rel(reference: &Layers, error: &[[f32; 3]]) -> Parts<f64> {
     let sum = |pixels: &[[f32; 3]], counts: &dyn Fn(usize) -> bool| -> f64 {
@@ -199,7 +202,7 @@ pub fn noise_in_rel(reference: &Layers, error: &[[f32; 3]]) -> Parts<f64> {
     }
 }
 
-/// The image less its own direct layer; `None` without one.
+/// The image minus its own direct layer; `None` without one.
 fn indirect(layers: &Layers) -> Option<Vec<[f32; 3]>> {
     Some(difference(layers.beauty(), layers.get(Aov::Direct)?))
 }
@@ -212,7 +215,7 @@ fn finite(pixel: &[f32; 3]) -> bool {
     pixel.iter().all(|v| v.is_finite())
 }
 
-/// A pixel's values in the image and in the reference.
+/// The values of a pixel in the image and in the reference.
 type Pair = ([f64; 3], [f64; 3]);
 
 /// The metrics of `image` against `reference`, pixel by pixel; `what` names the reference in the error for a black one.
@@ -222,7 +225,7 @@ pub fn metrics(image: &[[f32; 3]], reference: &[[f32; 3]], what: &str) -> Result
     let values = 3.0 * pairs.len() as f64;
     let mean = pairs.iter().flat_map(|(_, b)| b).sum::<f64>() / values;
     if mean.is_nan() || mean <= 0.0 {
-        return Err(Error::Usage(format!("the {what} is black, so relative errors are undefined")));
+        return Err(Error::Usage(format!("the {what} is black, so relative errors are undefined; light the scene")));
     }
     let differences = |(a, b): &Pair, power: i32| (0..3).map(|c| (a[c] - b[c]).abs().powi(power)).sum::<f64>();
     let squared = |pair: &Pair| {

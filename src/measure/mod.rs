@@ -9,7 +9,7 @@ pub mod trace;
 use crate::vk::Context;
 use crate::{Error, Result};
 
-/// Refuses the result of a device that was used wrongly.
+/// Refuses results of a device that reported validation errors.
 ///
 /// # Errors
 /// [`Error::Device`] with the first of the validation layer's messages.
@@ -17,7 +17,7 @@ pub fn refuse_invalid(context: &Context) -> Result<()> {
     refuse_messages(&context.validation_messages())
 }
 
-/// As [`refuse_invalid`], of messages that were taken from a context.
+/// As [`refuse_invalid`], for messages that were taken from a context.
 pub fn refuse_messages(messages: &[String]) -> Result<()> {
     match messages.first() {
         Some(first) => Err(Error::Device(format!("the validation layer reports: {first}"))),

@@ -6,11 +6,11 @@ use crate::layers::Layers;
 use crate::output::display::{Display, ToneMap};
 use crate::output::picture::{codes, encode_rgb};
 
-/// The relative difference shown in full colour.
+/// The relative difference that is shown in full colour.
 const FULL_COLOR: f32 = 0.25;
 
 /// A PNG with four panels side by side: image, reference, signed difference (red: too bright, blue: too dark), and FLIP
-/// in the colours of magma. The images have the exposure that shows the reference by itself.
+/// in the colours of magma. The images have the automatic exposure of the reference.
 pub fn side_by_side(image: &Layers, reference: &Layers, comparison: &Comparison) -> Result<Vec<u8>> {
     let (width, height) = (image.width as usize, image.height as usize);
     let display = Display::automatic(ToneMap::default(), reference.beauty());

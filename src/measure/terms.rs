@@ -1,9 +1,8 @@
-//! Equal terms: the indirect light of every method is measured beside the same, exact direct light.
+//! Equal terms: the indirect light of every method is measured with the same exact direct light.
 //!
-//! The talk shadows lights by cones and finds the light of lamps by cones. Its image then has no direct part that could
-//! be told apart, and the errors of its shadows would count as errors of its indirect light. So the indirect light is
-//! measured on an image with exact shadow rays and sampled lamps, whatever the settings say, and tables name what was
-//! changed for that.
+//! The talk computes shadows and the light of lamps by cones. Its image then has no separate direct part, and errors of
+//! its shadows would count as errors of its indirect light. Therefore indirect light is measured on an image with exact
+//! shadow rays and sampled lamps, for all settings, and tables name the changed settings.
 
 use glam::Vec3;
 
@@ -13,8 +12,8 @@ use crate::settings::{LampLight, Settings, Shadows};
 /// The entry in an image's header that holds [`changes`] of its settings.
 pub const HEADER: &str = "equalTerms";
 
-/// The image of which the direct light is subtracted from an image to leave its indirect light. The reference's own is subtracted from
-/// the reference either way.
+/// The image whose direct light is subtracted from an image to leave its indirect light. The reference's own direct
+/// light is always subtracted from the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subtract {
     /// The image's own direct layer.

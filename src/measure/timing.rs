@@ -17,7 +17,7 @@ pub struct Spread {
 
 impl Spread {
     /// All zero without values.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+    pub fn of_values(values: impl IntoIterator<Item = f64>) -> Self {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
         let (Some(&min), Some(&max)) = (values.first(), values.last()) else { return Self::default() };
@@ -36,7 +36,7 @@ pub struct Percentiles {
 
 impl Percentiles {
     /// All zero without values.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+    pub fn of_values(values: impl IntoIterator<Item = f64>) -> Self {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
         let at = |share: f64| {
@@ -72,29 +72,29 @@ pub struct PassTiming {
     pub frames_gpu_ms: Vec<f64>,
 }
 
-/// How many frames are timed.
+/// The number of frames to time.
 #[derive(Clone, Copy, Debug)]
 pub struct Count {
-    /// Frames to warm up, which come first.
+    /// Warm-up frames, which come first.
     pub warm_up: usize,
     pub least: usize,
     pub most: usize,
-    /// No further frame is timed once those before took so many milliseconds together: long frames vary little.
+    /// No further frame is timed once the measured ones took this many milliseconds together, because long frames vary
+    /// little.
     pub enough_ms: f64,
 }
 
 impl Count {
-    /// Whether another frame is timed after those that took `wall_ms`.
+    /// Whether another frame is timed after frames that took `wall_ms`.
     pub fn goes_on(&self, wall_ms: impl ExactSizeIterator<Item = f64>) -> bool {
         let timed = wall_ms.len();
         timed < self.least || (timed < self.most && wall_ms.sum::<f64>() < self.enough_ms)
     }
 
-    /// Renders frames, each of which makes lists and light again as if something had moved. `go_on` is asked before
-    /// each.
+    /// Renders frames, each of which rebuilds lists and light as after motion. `go_on` is called before each.
     ///
     /// # Errors
-    /// Those of `go_on` and of a frame.
+    /// Errors of `go_on` and of a frame.
     pub fn frames(
         &self,
         renderer: &mut Renderer,
@@ -120,13 +120,13 @@ pub struct Timings {
 }
 
 impl Timings {
-    /// Leaves out the first `warm_up` frames, which compile shaders and fill caches.
+    /// Excludes the first `warm_up` frames, which compile shaders and fill caches.
     pub fn new(warm_up: usize) -> Self {
         Self { warm_up, reports: Vec::new() }
     }
 
-    /// Of these frames, all of which count.
-    pub fn of(reports: impl IntoIterator<Item = FrameReport>) -> Self {
+    /// The times of these frames, without warm-up.
+    pub fn of_reports(reports: impl IntoIterator<Item = FrameReport>) -> Self {
         Self { warm_up: 0, reports: reports.into_iter().collect() }
     }
 
@@ -134,12 +134,12 @@ impl Timings {
         self.reports.push(frame);
     }
 
-    /// The frames to warm up that were rendered.
+    /// The number of warm-up frames that were rendered.
     pub fn warm_up(&self) -> usize {
         self.warm_up.min(self.reports.len())
     }
 
-    /// Every frame, those to warm up first.
+    /// Every frame, warm-up frames first.
     pub fn all(&self) -> &[FrameReport] {
         &self.reports
     }
@@ -151,23 +151,23 @@ impl Timings {
 
     /// Milliseconds of device time from a frame's first timestamp to its last.
     pub fn frame_gpu_ms(&self) -> Spread {
-        Spread::of(self.frames().map(|frame| frame.gpu_ms))
+        Spread::of_values(self.frames().map(|frame| frame.gpu_ms))
     }
 
     /// Milliseconds from the start of recording to the end of the wait.
     pub fn frame_wall_ms(&self) -> Spread {
-        Spread::of(self.frames().map(|frame| frame.wall_ms))
+        Spread::of_values(self.frames().map(|frame| frame.wall_ms))
     }
 
     /// Milliseconds of device time, summed over a frame's passes.
     pub fn passes_gpu_ms(&self) -> Spread {
-        Spread::of(self.frames().map(|frame| frame.zones.iter().map(|zone| zone.gpu_ms).sum()))
+        Spread::of_values(self.frames().map(|frame| frame.zones.iter().map(|zone| zone.gpu_ms).sum()))
     }
 
-    /// Milliseconds of processor time of a frame, where the system tells it.
+    /// Milliseconds of processor time of a frame, if the system reports it.
     pub fn frame_cpu_ms(&self) -> Option<Spread> {
         let reports = &self.reports[self.warm_up()..];
-        reports.iter().map(|frame| frame.cpu_ms).collect::<Option<Vec<f64>>>().map(Spread::of)
+        reports.iter().map(|frame| frame.cpu_ms).collect::<Option<Vec<f64>>>().map(Spread::of_values)
     }
 
     /// One row per pass, in the order in which they first ran.
@@ -196,15 +196,15 @@ impl Timings {
         let steps = frames.iter().map(|zones| zones.iter().flat_map(|zone| zone.steps_ms.iter().copied()).collect());
         let steps: Vec<Vec<f64>> = steps.collect();
         let count = steps.iter().map(Vec::len).max().unwrap_or(0);
-        let step = |k: usize| Spread::of(steps.iter().filter_map(|steps| steps.get(k).copied())).median;
+        let step = |k: usize| Spread::of_values(steps.iter().filter_map(|steps| steps.get(k).copied())).median;
         PassTiming {
             name,
             kind,
             steps_ms: (0..count).map(step).collect(),
-            gpu_ms: Spread::of(frames_gpu_ms.iter().copied()),
+            gpu_ms: Spread::of_values(frames_gpu_ms.iter().copied()),
             share: 0.0,
-            cpu_ms: sums(|zone| zone.cpu_ms).map(Spread::of),
-            wall_ms: sums(|zone| zone.wall_ms).map(Spread::of),
+            cpu_ms: sums(|zone| zone.cpu_ms).map(Spread::of_values),
+            wall_ms: sums(|zone| zone.wall_ms).map(Spread::of_values),
             bytes: frames.last().map_or(0, |zones| zones.iter().map(|zone| zone.bytes).sum()),
             frames_gpu_ms,
         }
@@ -247,7 +247,7 @@ impl Timings {
     }
 }
 
-/// `12.3 MiB`, `4.0 KiB` or `17 B`.
+/// A size such as `12.3 MiB`, `4.0 KiB` or `17 B`.
 pub fn short_bytes(bytes: u64) -> String {
     let value = bytes as f64;
     match bytes {
@@ -294,16 +294,16 @@ mod tests {
 
     #[test]
     fn the_median_of_an_even_count_lies_between() {
-        assert_eq!(Spread::of([4.0, 1.0, 3.0, 2.0]), Spread { median: 2.5, min: 1.0, max: 4.0 });
-        assert_eq!(Spread::of([]), Spread::default());
+        assert_eq!(Spread::of_values([4.0, 1.0, 3.0, 2.0]), Spread { median: 2.5, min: 1.0, max: 4.0 });
+        assert_eq!(Spread::of_values([]), Spread::default());
     }
 
     #[test]
     fn percentiles_are_nearest_ranks() {
-        let hundred = Percentiles::of((1..=200).rev().map(f64::from));
+        let hundred = Percentiles::of_values((1..=200).rev().map(f64::from));
         assert_eq!(hundred, Percentiles { min: 1.0, median: 100.0, p99: 198.0 });
-        assert_eq!(Percentiles::of([7.0]), Percentiles { min: 7.0, median: 7.0, p99: 7.0 });
-        assert_eq!(Percentiles::of([]), Percentiles { min: 0.0, median: 0.0, p99: 0.0 });
+        assert_eq!(Percentiles::of_values([7.0]), Percentiles { min: 7.0, median: 7.0, p99: 7.0 });
+        assert_eq!(Percentiles::of_values([]), Percentiles { min: 0.0, median: 0.0, p99: 0.0 });
     }
 
     #[test]

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 const TRACK: u32 = 1;
 
 /// The trace of consecutive frames on `device`. Times are microseconds of device time; each frame starts after the
-/// wall-clock time of the frame before.
+/// wall-clock time of the previous frame.
 pub fn chrome_trace<'a>(device: &str, frames: impl IntoIterator<Item = &'a ZoneTimings>) -> Value {
     let mut events = vec![
         json!({ "ph": "M", "name": "process_name", "pid": TRACK, "args": { "name": "twobounce" } }),

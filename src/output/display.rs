@@ -7,34 +7,34 @@ use crate::color::srgb_from_linear;
 use crate::settings::choices;
 
 choices! {
-    /// How exposed radiance of any size becomes a colour that a display can show.
+    /// The curve that maps exposed radiance to displayable colours.
     #[derive(Default)]
     ToneMap {
-        /// Troy Sobotka's AgX (2022) with its default look: bright light keeps its gradations and pales as on film, and
-        /// shade keeps its colours. 18 % grey stays near 18 %; white begins at 16.3.
+        /// Troy Sobotka's AgX (2022) with its default look: bright light keeps its gradations and desaturates as on
+        /// film, and dark colours stay saturated. 18 % grey stays near 18 %; white begins at 16.3.
         Agx = "agx",
-        /// Khronos PBR Neutral (2024), made for goods in even light: colours below 0.8 are kept, less the 4 % that
-        /// dielectrics reflect at normal incidence; brighter ones are compressed towards white.
+        /// Khronos PBR Neutral (2024), made for products in uniform light: colours below 0.8 are kept, minus the 4 %
+        /// that dielectrics reflect at normal incidence; brighter ones are compressed towards white.
         #[default]
         Neutral = "neutral",
-        /// All channels over 1 + their luminance (Reinhard et al. 2002, equation 3, applied to the luminance); what is
-        /// still above 1 is cut.
+        /// All channels divided by 1 + their luminance (Reinhard et al. 2002, equation 3, applied to the luminance),
+        /// then clamped to 1.
         Reinhard = "reinhard",
-        /// Cut at 1.
+        /// Clamped to 1.
         Linear = "linear",
     }
 }
 
-/// How an image is shown.
+/// The display of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Display {
     pub tone: ToneMap,
-    /// Stops: radiance is multiplied by 2^EV.
+    /// Exposure in stops: radiance is multiplied by 2^EV.
     pub exposure_ev: f32,
 }
 
 impl Display {
-    /// With the automatic exposure of an image.
+    /// The display of an image with its automatic exposure.
     pub fn automatic(tone: ToneMap, beauty: &[[f32; 3]]) -> Self {
         Self { tone, exposure_ev: tone.automatic_exposure(beauty) }
     }
@@ -46,27 +46,27 @@ impl Display {
     }
 }
 
-/// Display-linear values that automatic exposure aims at: of the geometric mean of all pixels' luminance,
+/// The display-linear value that automatic exposure gives to the geometric mean of all pixels' luminance.
 const SHOWN_MEAN: f32 = 0.18;
-/// and of its 95th percentile;
+/// The display-linear value that it gives to the 95th percentile of the luminance.
 const SHOWN_BRIGHT: f32 = 0.85;
-/// and the highest that the 95th percentile of the pixels' largest channels may get: code 249 of 255.
+/// The maximum for the 95th percentile of the pixels' largest channels: code 249 of 255.
 const SHOWN_MOST: f32 = 0.945;
 
 impl ToneMap {
-    /// The automatic exposure of an image in EV, a multiple of 0.01, so that the printed number gives the same bytes.
-    /// It lies half-way between the stops that show the geometric mean of the luminance as 0.18 and its 95th percentile
-    /// as 0.85. It is lower where otherwise more than 5 % of the pixels would have a channel beyond code 249, if they
-    /// were as grey as they are bright; with `neutral` and `linear` this holds for colours too. The sky counts. Black
-    /// and non-finite pixels do not; 0 if none is left. In the geometric mean no pixel counts for less than 2^−10 of
-    /// the percentile.
+    /// The automatic exposure of an image in EV, rounded to 0.01, so that the printed number gives the same bytes. It
+    /// is EV = min((log₂(x₁₈ / g) + log₂(x₈₅ / b)) / 2, log₂(x₉₄ / c)). Here g is the geometric mean of the pixels'
+    /// luminance, b its 95th percentile, and c the 95th percentile of the pixels' largest channels. The curve shows
+    /// x₁₈, x₈₅ and x₉₄ as 0.18, 0.85 and 0.945. At most 5 % of the pixels therefore have a grey beyond code 249, and
+    /// with `neutral` and `linear` also a channel. The sky counts. Black and non-finite pixels do not count, and the
+    /// result is 0 if none is left. In the geometric mean each pixel counts for at least 2^−10 of the percentile.
     pub fn automatic_exposure(self, beauty: &[[f32; 3]]) -> f32 {
         let is_seen = |p: &&[f32; 3]| p.iter().all(|c| c.is_finite()) && luminance(**p) > 0.0;
         let seen: Vec<&[f32; 3]> = beauty.iter().filter(is_seen).collect();
         if seen.is_empty() {
             return 0.0;
         }
-        // In stops: the binary logarithm of a radiance.
+        // These are in stops: binary logarithms of radiance.
         let bright = percentile_95(seen.iter().map(|p| luminance(**p)).collect()).log2();
         let brightest_channel = percentile_95(seen.iter().map(|p| p[0].max(p[1]).max(p[2])).collect()).log2();
         let sum: f64 = seen.iter().map(|p| f64::from(luminance(**p).log2().max(bright - 10.0))).sum();
@@ -108,7 +108,7 @@ pub(crate) fn percentile_95(mut values: Vec<f32>) -> f32 {
     *values.select_nth_unstable_by(rank, f32::total_cmp).1
 }
 
-/// An image of which a larger share looks black hardly shows its scene.
+/// If more than this share of an image is black, the image is reported.
 pub const MOST_BLACK: f64 = 0.75;
 
 /// The share of `pixels` that look black: no channel of their 8-bit code reaches 10.
@@ -138,7 +138,7 @@ const AGX_OUTSET: [[f32; 3]; 3] = [
     [-0.052_896_85, 1.151_903_1, -0.098_961_18],
     [-0.052_971_63, -0.098_043_45, 1.151_073_7],
 ];
-/// Stops below and above 18 % grey that the curve spans.
+/// Stops below and above 18 % grey that the curve covers.
 const AGX_STOPS: [f32; 2] = [10.0, 6.5];
 
 fn agx(rgb: [f32; 3]) -> [f32; 3] {
@@ -147,17 +147,17 @@ fn agx(rgb: [f32; 3]) -> [f32; 3] {
         let stops = (c.max(1e-10) / 0.18).log2();
         agx_curve(((stops + AGX_STOPS[0]) / (AGX_STOPS[0] + AGX_STOPS[1])).clamp(0.0, 1.0))
     });
-    // The curve's values are codes of a display of exponent 2.2.
+    // The curve's values are codes of a display with exponent 2.2.
     mix(AGX_OUTSET, curved).map(|c| c.clamp(0.0, 1.0).powf(2.2))
 }
 
-/// AgX's sigmoid over the share of its stops: through (10/16.5, 0.5) with slope 2, to 0 and 1 at the ends.
+/// AgX's sigmoid over the relative position in its stops: through (10/16.5, 0.5) with slope 2, to 0 and 1 at the ends.
 fn agx_curve(x: f32) -> f32 {
     const SLOPE: f32 = 2.0;
     const MIDDLE: [f32; 2] = [AGX_STOPS[0] / (AGX_STOPS[0] + AGX_STOPS[1]), 0.5];
-    // Below and above the middle: the way to the end, its value, and the power that says how late the curve bends.
+    // For the lower and the upper half: the distance to the end, its value, and the power of the bend.
     let (ends, power, sign) = if x < MIDDLE[0] { (MIDDLE, 3.0f32, -1.0) } else { (MIDDLE.map(|m| 1.0 - m), 3.25, 1.0) };
-    // Chosen so that the curve meets the end.
+    // The scale is chosen so that the curve meets the end.
     let scale = ((SLOPE * ends[0]).powf(-power) * ((SLOPE * ends[0] / ends[1]).powf(power) - 1.0)).powf(-1.0 / power);
     let t = SLOPE * (x - MIDDLE[0]).abs() / scale;
     MIDDLE[1] + sign * scale * t / (1.0 + t.powf(power)).powf(1.0 / power)
@@ -189,8 +189,8 @@ fn neutral(rgb: [f32; 3]) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    /// Benjamin Wrensch's polynomial (*Minimal AgX Implementation*, 2023) was fitted to the table that AgX comes with,
-    /// from which it is .0019 away (root mean square).
+    /// Benjamin Wrensch's polynomial (*Minimal AgX Implementation*, 2023) was fitted to the table of AgX with an error
+    /// of .0019 (root mean square).
     #[test]
     fn the_curve_of_agx_is_that_of_its_table() {
         let polynomial = |x: f32| {

@@ -9,22 +9,22 @@ use serde::Serialize;
 
 use crate::{Error, Result};
 
-/// How many writes are under way that are not to be left half done.
+/// The number of writes in progress, which must not be interrupted.
 static WRITES: Mutex<u32> = Mutex::new(0);
 static WRITTEN: Condvar = Condvar::new();
 
 const TOO_LARGE: &str = "it is larger than files may be here; raise the limit (ulimit -f) or choose another disk";
 
-/// A write under way, until it is dropped; they may nest.
+/// A write in progress, until it is dropped. Writes may nest.
 pub struct Writing(());
 
-/// Something begins to be written.
+/// Begins a write.
 pub fn writing() -> Writing {
     *writes() += 1;
     Writing(())
 }
 
-/// Waits until nothing is being written; nothing begins to be until the result is dropped.
+/// Waits until no write is in progress; no write begins until the result is dropped.
 pub fn wait_for_writes() -> impl Sized {
     WRITTEN.wait_while(writes(), |writes| *writes > 0).unwrap_or_else(PoisonError::into_inner)
 }
@@ -56,14 +56,14 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     }
     let target = resolve(path)?;
     let written = if is_special(&target) {
-        // Another program may never read it: no reason to wait.
+        // Another program may never read it, so there is no wait.
         OpenOptions::new().write(true).open(&target).and_then(|mut file| file.write_all(bytes))
     } else {
         let _writing = writing();
         let temporary = beside(&target);
         let fill = |mut file: File| file.write_all(bytes).and_then(|()| file.sync_all());
         let renamed = File::create(&temporary).and_then(fill).and_then(|()| fs::rename(&temporary, &target));
-        // Whether it was there is of no interest after the first error.
+        // After the first error it does not matter whether it existed.
         renamed.inspect_err(|_| drop(fs::remove_file(&temporary)))
     };
     written.map_err(|e| failed(path, &e))
@@ -75,8 +75,7 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
     write(path, (text + "\n").as_bytes())
 }
 
-/// Writes what the program itself reads again, as TOML, whose numbers keep their bits; read from JSON some lose the
-/// last.
+/// Writes data that the program reads again as TOML, whose numbers keep their bits; some lose the last one in JSON.
 pub fn write_kept(path: &Path, value: &impl Serialize) -> Result<()> {
     let text = toml::to_string(value).map_err(|e| Error::file(path, e.to_string()))?;
     write(path, text.as_bytes())
@@ -102,26 +101,26 @@ pub fn is_standard(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Makes a folder and those that it lies in, unless it is there.
+/// Creates a folder and its parents if they are missing.
 pub fn create_folder(folder: &Path) -> Result<()> {
     fs::create_dir_all(folder)
         .map_err(|e| Error::file(folder, format!("cannot be created: {e}; choose another folder")))
 }
 
-/// A file or a folder that this process has for itself, until the result is dropped or the process ends, however it
-/// does; `None`: another one has it. Where the system or the disk knows no such locks, every process gets one.
+/// Locks a file or folder for this process until the result is dropped or the process ends; `None` if another process
+/// has it. If the system or the disk has no such locks, every process succeeds.
 pub fn lock(opened: File) -> Option<File> {
     (!matches!(opened.try_lock(), Err(TryLockError::WouldBlock))).then_some(opened)
 }
 
-/// A lock file that this process has for itself; it is gone afterwards.
+/// A lock file of this process, which is deleted afterwards.
 pub struct FileLock {
     path: PathBuf,
     _opened: File,
 }
 
 impl FileLock {
-    /// Takes it as [`lock`] does.
+    /// Locks the file as [`lock`] does.
     pub fn take(path: &Path) -> io::Result<Option<Self>> {
         let opened = OpenOptions::new().create(true).truncate(false).write(true).open(path)?;
         Ok(lock(opened).map(|opened| Self { path: path.to_owned(), _opened: opened }))
@@ -130,13 +129,13 @@ impl FileLock {
 
 impl Drop for FileLock {
     fn drop(&mut self) {
-        // Whoever waits for this very file gets it next and finds the work done; others make a new one.
+        // A process that waits for this file gets it next and finds the work done; others create a new one.
         let _ = fs::remove_file(&self.path);
     }
 }
 
-/// Removes the files with the ending of `newest` that were written or used longest ago, until those in its folder have
-/// at most so many bytes or it is the only one.
+/// Removes files with the ending of `newest`, least recently written or used first, until the files in its folder have
+/// at most `most_bytes` bytes or it is the only one.
 pub fn make_room(newest: &Path, most_bytes: u64) {
     let entries = newest.parent().and_then(|folder| folder.read_dir().ok()).into_iter().flatten().flatten();
     let alike = |entry: fs::DirEntry| {
@@ -145,7 +144,7 @@ pub fn make_room(newest: &Path, most_bytes: u64) {
         is_alike.then_some((path == newest, about.modified().ok()?, about.len(), path))
     };
     let mut files: Vec<_> = entries.filter_map(alike).collect();
-    files.sort(); // the oldest use first, the newest file last
+    files.sort(); // least recently used first, the newest file last
     let mut bytes: u64 = files.iter().map(|file| file.2).sum();
     for (_, _, own, path) in files.iter().filter(|file| !file.0) {
         if bytes <= most_bytes {
@@ -198,7 +197,7 @@ fn resolve(path: &Path) -> Result<PathBuf> {
 fn failed(path: &Path, error: &io::Error) -> Error {
     let folder = folder_of(path);
     let problem = match error.kind() {
-        // As in /proc.
+        // The form is that of /proc.
         ErrorKind::NotFound if folder.is_dir() => {
             format!("cannot be written: {} takes no new files; choose another folder", folder.display())
         }
@@ -212,7 +211,9 @@ fn failed(path: &Path, error: &io::Error) -> Error {
             "cannot be written: the disk is full; free some space or choose another one".into()
         }
         ErrorKind::FileTooLarge => format!("cannot be written: {TOO_LARGE}"),
-        ErrorKind::InvalidFilename => "cannot be written: the name is too long or not allowed here".into(),
+        ErrorKind::InvalidFilename => {
+            "cannot be written: the name is too long or not allowed here; choose another name".into()
+        }
         _ => format!("cannot be written: {error}"),
     };
     Error::file(path, problem)
@@ -228,7 +229,7 @@ mod tests {
         struct Kept {
             numbers: Vec<f64>,
         }
-        // Any exponent, any digits.
+        // Any exponent and any digits.
         let mut bits = 0x9e37_79b9_7f4a_7c15_u64;
         let mut next = || {
             bits ^= bits << 13;

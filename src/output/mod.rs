@@ -1,4 +1,4 @@
-//! Output files. They are written whole or not at all, and the same content gives the same bytes.
+//! Output files. They are written completely or not at all, and equal content gives equal bytes.
 
 pub mod display;
 pub mod exr;

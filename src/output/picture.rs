@@ -1,5 +1,4 @@
-//! Files of images as a display shows them: PNG and JPEG, 8-bit sRGB without a colour space chunk, so that viewers
-//! assume sRGB.
+//! Image files for displays: PNG and JPEG in 8-bit sRGB without a colour space chunk, so that viewers assume sRGB.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -13,10 +12,10 @@ use super::file;
 use crate::layers::{Aov, Layers};
 use crate::{Error, Result};
 
-/// Of JPEG, 1 to 100: files of about a fifth of the PNG's size, in which blocks cannot be seen.
+/// JPEG quality from 1 to 100: files have about a fifth of the PNG's size, without visible blocks.
 const QUALITY: u8 = 95;
 
-/// Kinds of files that images are written to.
+/// Kinds of image files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageKind {
     /// Linear radiance and layers.
@@ -26,8 +25,8 @@ pub enum ImageKind {
 }
 
 impl ImageKind {
-    /// By the ending of a file's name; standard output takes a PNG.
-    pub fn of(path: &Path) -> Option<Self> {
+    /// The kind by the ending of a file's name; PNG for standard output.
+    pub fn of_path(path: &Path) -> Option<Self> {
         if file::is_standard(path) {
             return Some(Self::Png);
         }
@@ -41,12 +40,12 @@ impl ImageKind {
     }
 }
 
-/// The bytes of a PNG file; with alpha where the image has such a layer.
+/// The bytes of a PNG file, with alpha if the image has such a layer.
 pub fn encode_png(image: &Layers, display: Display) -> Result<Vec<u8>> {
     let Some(alpha) = image.get(Aov::Alpha) else {
         return encode_rgb(image.width, image.height, codes(image.beauty(), display));
     };
-    // PNG's colours are not premultiplied.
+    // PNG colours are not premultiplied.
     let pixel = |(p, alpha): (&[f32; 3], &[f32; 3])| {
         let covered = alpha[0].clamp(0.0, 1.0);
         let [r, g, b] = if covered > 0.0 { display.codes(p.map(|c| c / covered)) } else { [0; 3] };
@@ -69,7 +68,7 @@ pub fn encode_jpeg(image: &Layers, display: Display) -> Result<Vec<u8>> {
     }
 }
 
-/// 8-bit RGB, pixel by pixel.
+/// 8-bit RGB of each pixel.
 pub fn codes(radiance: &[[f32; 3]], display: Display) -> Vec<u8> {
     let rgb: Vec<_> = radiance.par_iter().map(|p| display.codes(*p)).collect();
     rgb.into_flattened()
@@ -97,12 +96,12 @@ fn cannot(width: u32, height: u32, why: &str) -> Error {
 }
 
 impl Layers {
-    /// Writes the image as it is shown: a .png, or a .jpg if the path ends so.
+    /// Writes the displayed image: a .png, or a .jpg by the path's ending.
     ///
     /// # Errors
     /// The path has another ending, or cannot be written.
     pub fn write_shown(&self, path: &Path, display: Display) -> Result<()> {
-        let bytes = match ImageKind::of(path) {
+        let bytes = match ImageKind::of_path(path) {
             Some(ImageKind::Png) => encode_png(self, display)?,
             Some(ImageKind::Jpeg) => encode_jpeg(self, display)?,
             _ => return Err(Error::file(path, "has another ending than .png or .jpg; name it so")),

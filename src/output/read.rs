@@ -7,8 +7,8 @@ use std::path::Path;
 use crate::memory::{Limit, apart};
 use crate::{Error, Result};
 
-/// About a regular file. Others are refused before they are opened: a pipe may never say anything, and a device never
-/// end. `what` with its article, for messages.
+/// Metadata of a regular file. Others are refused before they are opened, because a pipe may never deliver anything,
+/// and a device may never end. `what` is a description with its article, for messages.
 pub(crate) fn about(path: &Path, what: &str) -> Result<Metadata> {
     if path.is_dir() {
         return Err(Error::file(path, format!("is a folder, not {what}")));
@@ -30,7 +30,7 @@ pub(crate) fn unreadable(path: &Path, e: &std::io::Error) -> Error {
     }
 }
 
-/// Refuses what needs so many bytes. `smaller`: what to name instead.
+/// Refuses content that needs `bytes` bytes of memory beyond the limit. `smaller` names an alternative.
 pub(crate) fn check_memory(path: &Path, bytes: u64, smaller: &str) -> Result<()> {
     let limit = Limit::host();
     if bytes <= limit.bytes {
@@ -45,8 +45,8 @@ pub(crate) fn check_length(path: &Path, is_enough: bool) -> Result<()> {
     if is_enough { Ok(()) } else { Err(Error::file(path, "is too short for the size that it states; save it again")) }
 }
 
-/// The text of a small file, which may be a pipe but not one that never ends. `what` it is, for messages.
-/// [`Error::File`] where it cannot be read, is no text, or is larger than 1 MiB.
+/// The text of a small file, which may be a pipe that ends. `what` is its description for messages.
+/// [`Error::File`] if it cannot be read, is not text, or is larger than 1 MiB.
 pub fn text(path: &Path, what: &str) -> Result<String> {
     const BYTES_MAX: u64 = 1 << 20;
     let mut text = String::new();

@@ -1,7 +1,7 @@
 //! Text, colours and logarithmic axes for SVG pictures.
 
 /// Okabe and Ito's colours, which people with most colour vision deficiencies can distinguish, and a grey. The yellow
-/// is darker than theirs, for contrast on light and dark pages.
+/// is darker than the original, for contrast on light and dark pages.
 pub const COLORS: &[&str] = &["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b8860b", "#56b4e9", "#7f7f7f"];
 
 /// Colours for white pages only: with the original yellow, a darker one and two greys.

@@ -1,4 +1,4 @@
-//! Answer of `twobounce plan`: the file that `--json` writes, and the same in words. `docs/json.md` lists the keys.
+//! The answer of `twobounce plan`: the file of `--json`, and the same as text. `docs/json.md` lists the keys.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,51 +15,52 @@ pub struct Answer {
     pub scene: String,
     pub device: String,
     pub driver: String,
-    /// Pixels.
+    /// Width in pixels.
     pub width: u32,
     pub height: u32,
-    /// Pixels of the images whose errors were measured.
+    /// Width in pixels of the images whose errors were measured.
     pub error_width: u32,
     pub error_height: u32,
     /// The part of the light whose error counts: `whole`, `indirect` or `diffuse`.
     pub error_of: String,
     pub limits: Limits,
-    /// Whether `choice` holds them; else it is what was found nearest.
+    /// Whether `choice` holds the limits; otherwise it is the nearest found.
     pub holds: bool,
-    /// A command per view.
+    /// One command per view.
     pub commands: Vec<String>,
     pub choice: Choice,
-    /// The quantity that takes the most of its limit, and its share of it; absent where there is no limit.
+    /// The most exhausted limit and the share of it; `None` without limits.
     pub binds: Option<Binds>,
-    /// Shares of the frame's time, the largest first.
+    /// Shares of passes in the frame's time, the largest first.
     pub passes: Vec<PassShare>,
     pub ladders: Vec<Neighbours>,
-    /// Sentences.
+    /// Sentences about settings that the scene does not need.
     pub not_needed: Vec<String>,
     pub confidence: Confidence,
-    /// Settings that were measured, or taken from earlier calls.
+    /// The number of settings that were measured, in this call or earlier.
     pub measured: usize,
-    /// Seconds of processor time that measuring them took, references and final times not counted; absent where the
-    /// system does not tell it.
+    /// Seconds of processor time for measuring them, without references and final times; `None` if the system does not
+    /// report it.
     pub measuring_cpu_s: Option<f64>,
-    /// Whether the search ended by itself, and not because the budget was spent.
+    /// Whether the search ended by itself, instead of by the budget.
     pub finished: bool,
-    /// The best found, in order: what was timed at the end.
+    /// The best settings in order, which were timed at the end.
     pub finalists: Vec<Choice>,
 }
 
-/// Settings, and what they give.
+/// Settings with their measurements.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
     pub preset: String,
-    /// `key=value` of what differs from it.
+    /// `key=value` of the differences from the preset.
     pub sets: Vec<String>,
     pub settings: Settings,
     pub ms: Spread,
-    /// Frames that it is taken of.
+    /// The number of frames of the times.
     pub frames: usize,
     pub bytes: u64,
-    /// Against the reference, at the worst view: at most so large, since the reference's noise only adds to it.
+    /// The error against the reference at the worst view: an upper bound, because the reference's noise only adds to
+    /// it.
     pub error: f64,
 }
 
@@ -75,7 +76,7 @@ pub struct PassShare {
     pub share: f64,
 }
 
-/// A setting of the choice and the rungs next to it.
+/// A setting of the choice and its neighbouring rungs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Neighbours {
     pub key: String,
@@ -90,23 +91,23 @@ pub struct Neighbour {
     pub ms: f64,
     pub error: f64,
     pub bytes: u64,
-    /// Or else concluded from other settings.
+    /// Whether it was measured, instead of predicted.
     pub measured: bool,
     pub holds: bool,
 }
 
-/// How sure the answer is.
+/// Checks of the answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Confidence {
     /// Samples per pixel of the references.
     pub samples: u32,
-    /// Upper bound of the references' own noise, in the measure of the error.
+    /// Upper bound of the references' noise, in units of the error.
     pub noise: f64,
     /// Error of the choice against references of another seed, at the worst view.
     pub other_seed: f64,
     /// Errors at views that were not searched.
     pub held_out: Vec<HeldOut>,
-    /// Light that a second bounce adds to the image, as a share of its light; absent where it was not measured.
+    /// The share of the image's light from the second bounce; `None` if it was not measured.
     pub second_bounce: Option<f64>,
 }
 
@@ -114,12 +115,12 @@ pub struct Confidence {
 pub struct HeldOut {
     pub view: String,
     pub error: f64,
-    /// Of its reference.
+    /// The noise of its reference.
     pub noise: f64,
 }
 
 impl Choice {
-    /// The flags that give these settings.
+    /// The flags for these settings.
     pub fn flags(&self) -> Vec<String> {
         let sets = self.sets.iter().map(|set| format!("--set={set}"));
         std::iter::once(format!("--preset={}", self.preset)).chain(sets).collect()
@@ -127,8 +128,8 @@ impl Choice {
 }
 
 impl Limits {
-    /// In words, such as `an error of at most 0.1 and at most 40 ms a frame`.
-    pub fn words(&self) -> String {
+    /// The limits as text, such as `an error of at most 0.1 and at most 40 ms a frame`.
+    pub fn in_words(&self) -> String {
         let error = self.error.map(|error| format!("an error of at most {error}"));
         let ms = self.ms.map(|ms| format!("at most {ms} ms a frame"));
         let bytes = self.bytes.map(|bytes| format!("at most {:.1} MiB", mib(bytes)));
@@ -137,11 +138,11 @@ impl Limits {
 }
 
 impl Answer {
-    /// For people.
+    /// The answer as text.
     pub fn text(&self) -> String {
         let Self { choice, confidence, width, height, .. } = self;
         let mut lines = Vec::new();
-        let asked = self.limits.words();
+        let asked = self.limits.in_words();
         lines.push(match self.holds {
             true => format!("the cheapest of {} settings measured that hold {asked}:\n", self.measured),
             false => format!("none of {} settings measured holds {asked}; the nearest:\n", self.measured),
@@ -206,7 +207,7 @@ impl Answer {
     }
 }
 
-/// The part of the light in a sentence.
+/// The part of the light as text.
 fn error_words(part: &str) -> &'static str {
     match part {
         "indirect" => "the indirect light",
@@ -215,7 +216,7 @@ fn error_words(part: &str) -> &'static str {
     }
 }
 
-/// Three digits.
+/// A time with three digits.
 fn short(ms: f64) -> String {
     let digits = if ms > 0.0 { (2 - ms.log10().floor() as i32).clamp(0, 3) } else { 0 };
     format!("{ms:.*}", digits as usize)

@@ -1,11 +1,11 @@
-//! From a question to its answer: references as fine as the limit asks for, the search, the best few timed in turns and
-//! looked at from every view, the winner checked where nothing was searched.
+//! From a question to its answer: references with the precision that the limit needs, the search, the best few timed in
+//! turns and checked at every view, and the winner checked at further views.
 
 use std::time::{Duration, Instant};
 
 use super::VERSION;
 use super::answer::{Answer, Binds, Choice, Confidence, HeldOut, Neighbour, Neighbours, PassShare};
-use super::bench::{Bench, Seen, passes};
+use super::bench::{Bench, PlanView, passes};
 use super::limits::Limits;
 use super::model::Model;
 use super::needs::Needs;
@@ -17,39 +17,40 @@ use crate::settings::Settings;
 use crate::stability::warnings;
 use crate::{Error, Result};
 
-/// Question that `plan` answers.
+/// A question to `plan`.
 pub struct Question {
-    /// Where the settings are to hold: one at least.
-    pub views: Vec<Seen>,
-    /// Where the winner is checked.
-    pub held_out: Vec<Seen>,
+    /// The views at which the settings must hold: at least one.
+    pub views: Vec<PlanView>,
+    /// Further views at which the winner is checked.
+    pub held_out: Vec<PlanView>,
     pub limits: Limits,
     /// Methods that may be chosen.
     pub methods: Vec<Method>,
-    /// `key=value` that all settings have.
+    /// `key=value` of fixed settings.
     pub fixed: Vec<String>,
     pub budget: Duration,
 }
 
-/// Errors are measured of images of so many pixels at most: more cost references time and tell little more.
+/// The maximum number of pixels of images whose errors are measured: references for more pixels take time and add
+/// little.
 const MOST_PIXELS: u32 = 128 * 96;
 
-/// The part of the budget that references may take before the search, and after which nothing further is searched.
+/// The share of the budget for references before the search; afterwards nothing further is searched.
 const FOR_REFERENCES: f64 = 0.35;
 const FOR_SEARCH: f64 = 0.75;
-/// Where there are several views, the part after which the first one is not searched on: what it finds may not hold at
-/// the others.
+/// With several views, the share after which the search at the first one ends, because its results may not hold at the
+/// others.
 const FOR_FIRST_VIEW: f64 = 0.5;
 
-/// The reference's noise over the error that is to be told: below, the error is off by a twentieth at most (√(1 + ⅓²));
-/// and the most at which a limit can be told to hold at all.
+/// The largest noise of a reference relative to the error to measure: the error is then off by at most a twentieth (√(1
+/// + ⅓²)); and the largest at which a limit can be decided at all.
 const FINE: f64 = 1.0 / 3.0;
 const COARSE: f64 = 0.6;
 
-/// Without a limit on the error, references are made so fine first.
+/// The first noise of references without a limit on the error.
 const FIRST_NOISE: f64 = 0.1;
 
-/// Settings that are timed at the end, and how often.
+/// The number of settings that are timed at the end, and of their rounds.
 const FINALISTS: usize = 4;
 const ROUNDS: usize = 5;
 
@@ -60,7 +61,7 @@ pub fn error_size((width, height): (u32, u32)) -> (u32, u32) {
     (side(width), side(height))
 }
 
-/// The key under which the answer to a question is kept.
+/// The key of the stored answer to a question.
 pub fn key(question: &Question, bench: &Bench) -> String {
     let Question { views, held_out, limits, methods, fixed, budget } = question;
     let (options, part) = (&bench.setup.options, bench.setup.part);
@@ -74,11 +75,11 @@ pub fn key(question: &Question, bench: &Bench) -> String {
 /// Measures until the answer is known or the budget is spent.
 ///
 /// # Errors
-/// A limit on the error that no reference within the budget can tell, with what it would take; settings that make no
-/// sense; whatever ends a frame.
+/// A limit on the error that no reference within the budget can decide, with the budget that it would need; invalid
+/// settings; errors of frames.
 pub fn ask(question: &Question, bench: Bench) -> Result<Answer> {
-    let mut spaces = spaces(&Needs::of(bench.setup.scene), &question.fixed)?;
-    // Without indirect light, all of it is missing.
+    let mut spaces = spaces(&Needs::of_scene(bench.setup.scene), &question.fixed)?;
+    // Without indirect light, its error is 1.
     let of_use = |method: Method| method != Method::None || bench.setup.part == Part::Total;
     spaces.retain(|space| question.methods.contains(&space.method) && of_use(space.method));
     if spaces.is_empty() {
@@ -93,7 +94,7 @@ struct Asking<'a> {
     bench: Bench<'a>,
     search: Search<'a>,
     start: Instant,
-    /// The view that is searched.
+    /// The view that guides the search.
     guide: usize,
 }
 
@@ -115,7 +116,7 @@ impl Asking<'_> {
         }
         let first = if views.len() > 1 { FOR_FIRST_VIEW } else { FOR_SEARCH };
         self.search(first)?;
-        // References as fine as what was found asks for: then the same settings are looked at again.
+        // References get the precision that the found error needs, and the settings are compared with them again.
         let best = self.search.best(None).first().map_or(1.0, |point| point.reading.error);
         let before = self.bench.level;
         self.refine(FINE * limit.map_or(best, |error| error.min(best)), FOR_SEARCH)?;
@@ -124,7 +125,7 @@ impl Asking<'_> {
             self.search(first)?;
         }
         let mut chosen = self.finals()?;
-        // Where another view is worse, that one guides what is searched on.
+        // If another view is worse, it guides the rest of the search.
         let mut tried = vec![self.guide];
         while limit.is_some_and(|limit| chosen[0].0.error > limit) && Instant::now() <= self.after(FOR_SEARCH) {
             let worst = self.worst_view(&chosen[0].0.settings)?;
@@ -140,13 +141,13 @@ impl Asking<'_> {
         self.conclude(chosen)
     }
 
-    /// Searches on from what is known, up to a part of the budget.
+    /// Continues the search up to a share of the budget.
     fn search(&mut self, share: f64) -> Result<()> {
         let until = self.after(share);
         let Self { question, bench, search, guide, .. } = self;
         let (spaces, mut looked) = (search.spaces, search.points.len());
         let searched = search.run(&mut |space, place| {
-            // One setting is measured even when the time is over, so that there is an answer.
+            // One setting is measured even without remaining time, so that there is an answer.
             if looked > 0 && Instant::now() > until {
                 return Err(Error::Interrupted);
             }
@@ -162,7 +163,7 @@ impl Asking<'_> {
         }
     }
 
-    /// Goes on from these places alone, against the present reference, at the present view.
+    /// Continues with only these places, against the current reference, at the current view.
     fn read_again(&mut self, mut points: Vec<Point>) -> Result<()> {
         for point in &mut points {
             point.reading = self.bench.reading(&self.settings(point), &self.question.views[self.guide], 0)?;
@@ -171,7 +172,7 @@ impl Asking<'_> {
         Ok(())
     }
 
-    /// Makes finer references until their noise is at most this, or the next ones would take more than a share of the
+    /// Makes finer references until their noise is at most `wanted`, or the next ones would exceed a share of the
     /// budget.
     fn refine(&mut self, wanted: f64, share: f64) -> Result<()> {
         let until = self.after(share);
@@ -188,12 +189,12 @@ impl Asking<'_> {
             format!("{:.0}min", (budget / 60.0).ceil())
         };
         Error::Usage(format!(
-            "--max-error {error}: the reference's own noise is {noise:.4} after {samples} samples a pixel, so no image can be told to \
-             be as right as that; about --budget {budget} would do, or allow more"
+            "--max-error {error}: the reference's own noise is {noise:.4} after {samples} samples a pixel, which hides a smaller \
+             error: search longer, with about --budget {budget}, or allow a larger error"
         ))
     }
 
-    /// The best places at all views, timed in turns: the best first.
+    /// The best settings at all views, timed in turns: the best first.
     fn finals(&mut self) -> Result<Vec<(Choice, Point)>> {
         let (limits, views) = (self.question.limits, &self.question.views);
         let best: Vec<Point> = self.search.best(None).into_iter().take(FINALISTS).cloned().collect();
@@ -214,7 +215,8 @@ impl Asking<'_> {
             let (preset, sets) = as_preset(&settings);
             let (preset, ms, frames) = (preset.to_owned(), timings.frame_gpu_ms(), timings.frames().len());
             let choice = Choice { preset, sets, settings, ms, frames, bytes, error };
-            // A limit is on what is seen; what is cheapest is told by what other programs disturb least.
+            // A limit applies to the measured time; settings are compared by the time that other programs disturb
+            // least.
             let cpu = timings.frame_cpu_ms().filter(|_| limits.ms.is_none());
             let idle = cpu.and_then(|cpu| self.bench.on_idle(cpu.median)).filter(|ms| *ms > 0.0);
             point.reading = Reading { ms: idle.unwrap_or(ms.median), passes: passes(&timings), bytes, error };
@@ -224,7 +226,7 @@ impl Asking<'_> {
         Ok(finals)
     }
 
-    /// The errors of settings at all views, against one of the two references.
+    /// The errors of settings at all views against one of the two references.
     fn errors(&mut self, settings: &Settings, copy: u64) -> Result<Vec<f64>> {
         self.question.views.iter().map(|seen| Ok(self.bench.reading(settings, seen, copy)?.error)).collect()
     }
@@ -240,14 +242,14 @@ impl Asking<'_> {
         Ok(worst.expect("there is a view"))
     }
 
-    /// Checks the winner where nothing was searched, and says what is known.
+    /// Checks the winner at further views, and makes the answer.
     fn conclude(mut self, chosen: Vec<(Choice, Point)>) -> Result<Answer> {
         let (limits, views) = (self.question.limits, &self.question.views);
         let (mut winner, mut other_seed) = (0, 0.0);
         for (i, (choice, _)) in chosen.iter().enumerate() {
             (self.bench.setup.is_at)("checking against a reference of another seed".into());
             let worst = self.worst_error(&choice.settings, 1)?;
-            // Settings that hold a limit by the luck of one reference do not hold it.
+            // Settings that hold a limit only with one reference do not count.
             let lucky = limits.error.is_some_and(|limit| choice.error <= limit && worst > limit);
             if !lucky || i == 0 {
                 (winner, other_seed) = (i, worst);
@@ -299,7 +301,7 @@ impl Asking<'_> {
         })
     }
 
-    /// As many as the budget has room for.
+    /// Checks as many further views as the budget allows.
     fn held_out(&mut self, settings: &Settings) -> Result<Vec<HeldOut>> {
         let mut checked = Vec::new();
         for seen in &self.question.held_out {
@@ -312,14 +314,14 @@ impl Asking<'_> {
                     checked.push(HeldOut { view: seen.words.clone(), error, noise: self.bench.noise(seen)? });
                 }
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
-                // Where nothing is lit, no error is relative.
+                // Without light, there is no relative error.
                 Err(_) => {}
             }
         }
         Ok(checked)
     }
 
-    /// The share of the image's light that a second bounce adds, by two places that differ in nothing else.
+    /// The share of the image's light from a second bounce, from two settings that differ only in bounces.
     fn second_bounce(&mut self) -> Result<Option<f64>> {
         let seen = &self.question.views[self.guide];
         let Self { bench, search, .. } = self;
@@ -341,9 +343,9 @@ impl Asking<'_> {
 
     fn not_needed(&self, settings: &Settings, holds: bool, second_bounce: Option<f64>) -> Vec<String> {
         let (scene, bounds) = (self.bench.setup.scene, self.bench.setup.options.bounds);
-        let mut said = Needs::of(scene).not_needed(scene);
+        let mut said = Needs::of_scene(scene).not_needed(scene);
         if holds && settings.method == Method::None {
-            said.push("light from other surfaces: direct light alone is right enough".into());
+            said.push("light from other surfaces: direct light alone is accurate enough".into());
         }
         if let Some(share) = second_bounce {
             let bounces = format!("bounces = {}", settings.bounces);
@@ -358,8 +360,8 @@ impl Asking<'_> {
         said
     }
 
-    /// Each ladder's rungs beside the winner's. Times of the search are put in proportion to `ms`, the winner's at the
-    /// end.
+    /// The neighbouring rungs of the winner on each ladder. Times of the search are scaled to `ms`, the final time of
+    /// the winner.
     fn neighbours(&self, winner: &Point, ms: f64) -> Vec<Neighbours> {
         let search = &self.search;
         let searched = search.point(winner.space, &winner.place);

@@ -1,7 +1,7 @@
-//! Measures settings: an image of a frame from scratch, times of further ones, memory, and errors against references.
+//! Measures settings: an image of a frame from scratch, times of further frames, memory, and errors against references.
 //!
-//! Images may be smaller than those that are asked for. Then the times of passes over the image count as many times as
-//! there are pixels more, and those of the other passes once.
+//! Measured images may be smaller than requested. Then the times of image passes are multiplied by the ratio of pixels,
+//! and those of other passes are unchanged.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::AtomicBool;
@@ -12,7 +12,7 @@ use base64::prelude::{BASE64_STANDARD, Engine};
 use serde::{Deserialize, Serialize};
 
 use super::search::Reading;
-use crate::ground::clearance::for_camera;
+use crate::ground::grid_choice::for_camera;
 use crate::lab::store::Results;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics::{self, Part};
@@ -26,38 +26,38 @@ use crate::settings::{Bounces, Settings};
 use crate::vk::{Context, process_cpu_ms};
 use crate::{Error, Result, measure};
 
-/// A scene at a moment, from somewhere.
+/// A scene at one time from one camera.
 #[derive(Clone, Debug)]
-pub struct Seen {
-    /// The flags that show it, such as `--camera 1`.
+pub struct PlanView {
+    /// The flags of the view, such as `--camera 1`.
     pub flags: Vec<String>,
     pub words: String,
     pub pose: Pose,
     pub view: View,
 }
 
-impl Seen {
+impl PlanView {
     pub fn still<'a>(&'a self, scene: &'a Scene) -> Still<'a> {
         Still::new(scene, &self.pose, &self.view)
     }
 
-    /// A scene as it is seen, as words to make a key of.
+    /// A text that identifies the scene and the view, for keys.
     pub fn key(&self, scene: &Scene, size: (u32, u32)) -> String {
         cache::key(self.still(scene), &options(size, Stop::Samples(1), 0)).to_string()
     }
 }
 
-/// Measurement of settings at a view, as it is kept.
+/// A stored measurement of settings at a view.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Row {
-    /// Milliseconds of device time of the fastest of the timed frames, pass by pass.
+pub struct Measurement {
+    /// Milliseconds of device time of each pass in the fastest timed frame.
     pub passes: BTreeMap<String, f64>,
-    /// Processor time of the cheapest of them, of all threads, where the system tells it.
+    /// Processor time of the cheapest timed frame over all threads, if the system reports it.
     pub cpu_ms: Option<f64>,
-    /// Milliseconds of processor time that measuring took, of all threads, compiling included; where the system tells
-    /// it.
+    /// Milliseconds of processor time of the whole measurement over all threads including compilation, if the system
+    /// reports it.
     pub spent_cpu_ms: Option<f64>,
-    /// Device memory for images of the size that is asked for.
+    /// Device memory for images of the requested size.
     pub bytes: u64,
     image: Vec<(Aov, String)>,
 }
@@ -65,28 +65,28 @@ pub struct Row {
 /// Frames that are timed after the image.
 const TIMED: Count = Count { warm_up: 0, least: 1, most: 3, enough_ms: 300.0 };
 
-/// Passes over the image, by the start of their names.
+/// Image passes, by the beginnings of their names.
 pub const OF_PIXELS: [&str; 4] = ["visibility", "gather", "image", "resolve"];
 
-/// Samples per pixel of the first references; those of the next level have four times as many.
+/// Samples per pixel of the first references; those of each further level have four times as many.
 const FIRST_SAMPLES: u32 = 16;
 
-/// Levels of references: 16 to 262144 samples a pixel.
+/// Levels of references: 16 to 262144 samples per pixel.
 const MOST_LEVEL: u32 = 7;
 
-/// The parts that a [`Bench`] is made of.
+/// The inputs of a [`Bench`].
 pub struct Setup<'a> {
     pub context: &'a Arc<Context>,
     pub scene: &'a Scene,
-    /// Of the images that are asked for.
+    /// Options of the requested images.
     pub options: RenderOptions,
-    /// Pixels of the images that are measured.
+    /// Size in pixels of the measured images.
     pub size: (u32, u32),
     pub part: Part,
     pub store: &'a Results,
-    /// Path-traces.
-    pub trace: &'a dyn Fn(&Seen, &Options) -> Result<Film>,
-    /// Says what is being done.
+    /// Path-traces a view.
+    pub trace: &'a dyn Fn(&PlanView, &Options) -> Result<Film>,
+    /// Reports the current step.
     pub is_at: &'a dyn Fn(String),
 }
 
@@ -94,11 +94,11 @@ pub struct Bench<'a> {
     pub setup: Setup<'a>,
     /// The level of the references: see [`Self::samples`].
     pub level: u32,
-    /// Seconds that a sample of all pixels takes, once known.
+    /// Seconds per sample of all pixels, once known.
     pub pace: Option<f64>,
     renderer: Option<Renderer>,
-    /// Under the keys that they are kept under.
-    rows: HashMap<String, Row>,
+    /// Measurements by their keys.
+    rows: HashMap<String, Measurement>,
     references: HashMap<(String, u64), Arc<Layers>>,
 }
 
@@ -108,9 +108,9 @@ impl<'a> Bench<'a> {
         Self { setup, level: 0, pace: None, renderer: None, rows, references }
     }
 
-    /// The error and time of settings at a view, against one of the two references. Settings that cannot run are
-    /// infinitely bad.
-    pub fn reading(&mut self, settings: &Settings, seen: &Seen, copy: u64) -> Result<Reading> {
+    /// The error and time of settings at a view, against one of the two references. Settings that cannot run have
+    /// infinite error and time.
+    pub fn reading(&mut self, settings: &Settings, seen: &PlanView, copy: u64) -> Result<Reading> {
         let reference = self.reference(seen, copy)?;
         match self.row(settings, seen) {
             Ok(row) => self.judge(&row, &reference),
@@ -121,8 +121,8 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// The row of settings at a view: from this call, from an earlier one, or measured now.
-    pub fn row(&mut self, settings: &Settings, seen: &Seen) -> Result<Row> {
+    /// The measurement of settings at a view: from this call, from an earlier one, or new.
+    pub fn row(&mut self, settings: &Settings, seen: &PlanView) -> Result<Measurement> {
         let Setup { scene, options, size, part, store, .. } = &self.setup;
         let about = format!("row {} {} {part:?}", seen.key(scene, *size), settings.to_toml());
         let key = store.key(&format!("{about} {:?} {:?}", options.size, options.bounds));
@@ -141,17 +141,17 @@ impl<'a> Bench<'a> {
         Ok(row)
     }
 
-    /// Seconds of processor time that the rows took that this call needed.
+    /// Seconds of processor time of all measurements that this call used.
     pub fn spent_cpu_s(&self) -> Option<f64> {
         self.rows.values().map(|row| row.spent_cpu_ms).sum::<Option<f64>>().map(|ms| ms / 1e3)
     }
 
-    fn measure(&mut self, settings: &Settings, seen: &Seen) -> Result<Row> {
+    fn measure(&mut self, settings: &Settings, seen: &PlanView) -> Result<Measurement> {
         let before = process_cpu_ms();
         let Setup { context, scene, options, size, part, .. } = &self.setup;
-        let Seen { pose, view, .. } = seen;
+        let PlanView { pose, view, .. } = seen;
         let settings = &for_camera(settings, seen.still(scene), options.bounds);
-        // Feedback would go on from the light of the settings before.
+        // Feedback would continue from the light of the previous settings.
         let before_this = self.renderer.take().filter(|_| settings.bounces != Bounces::All);
         let changed = |mut renderer: Renderer| renderer.change(settings.clone(), *size).is_ok().then_some(renderer);
         let mut renderer = match before_this.and_then(changed) {
@@ -169,23 +169,23 @@ impl<'a> Bench<'a> {
             renderer.render(pose, view)?;
             image = renderer.read();
             renderer.change(settings.clone(), *size)?;
-            renderer.render(pose, view)?; // compiles, before frames are timed
+            renderer.render(pose, view)?; // compiles shaders before frames are timed
         }
         let timings = TIMED.frames(&mut renderer, pose, view, &|| Ok(()))?;
         measure::refuse_invalid(context)?;
         let fastest = timings.all().iter().min_by(|a, b| a.timings.gpu_ms.total_cmp(&b.timings.gpu_ms));
-        let passes = passes(&Timings::of(fastest.cloned()));
+        let passes = passes(&Timings::of_reports(fastest.cloned()));
         let bytes = renderer.plan_at(options.size).total();
         if settings.bounces != Bounces::All {
             self.renderer = Some(renderer);
         }
         let spent_cpu_ms = process_cpu_ms().zip(before).map(|(after, before)| after - before);
         let cpu_ms = timings.frame_cpu_ms().map(|spread| spread.min);
-        Ok(Row { passes, cpu_ms, spent_cpu_ms, bytes, image: encode(&image) })
+        Ok(Measurement { passes, cpu_ms, spent_cpu_ms, bytes, image: encode(&image) })
     }
 
-    /// Evaluates a row against a reference.
-    pub fn judge(&self, row: &Row, reference: &Layers) -> Result<Reading> {
+    /// Compares a measurement with a reference.
+    pub fn judge(&self, row: &Measurement, reference: &Layers) -> Result<Reading> {
         let pixels = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
         let more = pixels(self.setup.options.size) / pixels(self.setup.size);
         let spent: f64 = row.passes.values().sum();
@@ -199,20 +199,20 @@ impl<'a> Bench<'a> {
         Ok(Reading { ms: passes.values().sum(), passes, bytes: row.bytes, error })
     }
 
-    /// Milliseconds that a frame takes of a CPU device which has the machine for itself, by its processor time: what
-    /// else runs disturbs that least, while device time then is wall-clock time. `None` on other devices.
+    /// Milliseconds of a frame on an otherwise idle CPU device, from its processor time, which other programs disturb
+    /// least; device time is wall-clock time there. `None` on other devices.
     pub fn on_idle(&self, cpu_ms: f64) -> Option<f64> {
         self.setup.context.is_cpu.then(|| cpu_ms / rayon::current_num_threads() as f64)
     }
 
-    /// A row's image.
-    pub fn image(&self, row: &Row) -> Layers {
+    /// The image of a measurement.
+    pub fn image(&self, row: &Measurement) -> Layers {
         let decode = |text: &String| bytemuck::pod_collect_to_vec(&BASE64_STANDARD.decode(text).unwrap_or_default());
         let layers = row.image.iter().map(|(aov, text)| (*aov, decode(text))).collect();
         Layers { width: self.setup.size.0, height: self.setup.size.1, layers }
     }
 
-    /// `rel` of the part of the light that counts.
+    /// `rel` of the selected part of the light.
     fn error(&self, image: &Layers, reference: &Layers) -> Result<f64> {
         let subtract = Subtract::in_scene(self.setup.scene);
         let (part, words) = match self.setup.part {
@@ -228,8 +228,8 @@ impl<'a> Bench<'a> {
         Ok(part.ok_or_else(none)?.rel)
     }
 
-    /// A view's reference of all light. `copy` 0 and 1: two independent ones.
-    pub fn reference(&mut self, seen: &Seen, copy: u64) -> Result<Arc<Layers>> {
+    /// A view's reference of all light. There are two independent ones, `copy` 0 and 1.
+    pub fn reference(&mut self, seen: &PlanView, copy: u64) -> Result<Arc<Layers>> {
         let Setup { scene, size, part, trace, .. } = &self.setup;
         let seed = 2 * u64::from(self.level) + copy;
         let key = (seen.key(scene, *size), seed);
@@ -247,20 +247,20 @@ impl<'a> Bench<'a> {
         FIRST_SAMPLES << (2 * self.level)
     }
 
-    /// Seconds that the two references of a view take, as far as that is known.
+    /// Seconds for the two references of a view, as far as known.
     pub fn reference_s(&self) -> f64 {
         2.0 * self.pace.unwrap_or(0.0) * f64::from(self.samples())
     }
 
-    /// Makes finer references of a view until their noise is at most `wanted`, or the next ones would not be there
-    /// `until` then.
-    pub fn refine(&mut self, seen: &Seen, wanted: f64, until: Instant) -> Result<()> {
+    /// Makes finer references of a view until their noise is at most `wanted`, or the next ones would not be finished
+    /// by `until`.
+    pub fn refine(&mut self, seen: &PlanView, wanted: f64, until: Instant) -> Result<()> {
         loop {
             let began = Instant::now();
             let noise = self.noise(seen)?;
             let took = began.elapsed().as_secs_f64();
             self.pace = Some(match self.pace {
-                // References from the cache tell none.
+                // References from the cache have no times.
                 _ if took > 0.05 => took / (2.0 * f64::from(self.samples())),
                 Some(pace) => pace,
                 None => self.trial_pace(seen)?,
@@ -274,8 +274,8 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Seconds that a sample of all pixels takes, by a few that nothing is kept of.
-    fn trial_pace(&self, seen: &Seen) -> Result<f64> {
+    /// Seconds per sample of all pixels, from a short trial.
+    fn trial_pace(&self, seen: &PlanView) -> Result<f64> {
         const SAMPLES: u32 = 4;
         let Setup { scene, size, .. } = self.setup;
         let began = OnceLock::new();
@@ -288,20 +288,20 @@ impl<'a> Bench<'a> {
         Ok(began.get().map_or(0.0, |began| began.elapsed().as_secs_f64()) / f64::from(SAMPLES))
     }
 
-    /// How wrong a reference itself is: two of them differ by √2 of that.
-    pub fn noise(&mut self, seen: &Seen) -> Result<f64> {
+    /// The error of a reference: two of them differ by √2 times it.
+    pub fn noise(&mut self, seen: &PlanView) -> Result<f64> {
         let [a, b] = [self.reference(seen, 0)?, self.reference(seen, 1)?];
         Ok(self.error(&b, &a)? * std::f64::consts::FRAC_1_SQRT_2)
     }
 
-    /// Frames of the size that is asked for, of all views: times of up to `rounds`, in which the settings take turns,
-    /// so that what else the machine does disturbs all alike; settings that take too much memory to wait beside the
-    /// others are timed by themselves. After `until` no further round begins. Of each settings the slowest view in each
-    /// round, and the device memory.
+    /// Frames of the requested size for all views: times of up to `rounds` rounds in which the settings take turns, so
+    /// that other load affects all equally. Settings with too much memory to be loaded together are timed separately.
+    /// After `until` no further round begins. Returns for each setting the slowest view in each round, and the device
+    /// memory.
     pub fn times(
         &mut self,
         all: &[Settings],
-        views: &[Seen],
+        views: &[PlanView],
         rounds: usize,
         until: Instant,
     ) -> Result<Vec<(Timings, u64)>> {
@@ -336,9 +336,9 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// The slowest of frames from scratch, one of each view.
-fn slowest(renderer: &mut Renderer, views: &[Seen]) -> Result<FrameReport> {
-    let frame = |seen: &Seen| {
+/// The slowest frame from scratch over all views.
+fn slowest(renderer: &mut Renderer, views: &[PlanView]) -> Result<FrameReport> {
+    let frame = |seen: &PlanView| {
         renderer.make_anew();
         renderer.render(&seen.pose, &seen.view)
     };
@@ -347,7 +347,7 @@ fn slowest(renderer: &mut Renderer, views: &[Seen]) -> Result<FrameReport> {
     Ok(slowest.expect("a view at least"))
 }
 
-/// How references are traced.
+/// Options for tracing references.
 fn options((width, height): (u32, u32), stop: Stop, seed: u64) -> Options {
     Options { width, height, depth: Depth::Full, stop, seed, occlusion: false }
 }

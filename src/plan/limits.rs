@@ -1,4 +1,4 @@
-//! Limits on settings, and which of two settings do better.
+//! Limits on settings, and the comparison of settings.
 
 use std::cmp::Ordering;
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::search::Reading;
 
-/// Limits on a frame's cost and on its error; at least one is given.
+/// Limits on a frame's cost and error; at least one is set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     /// Mean |image − reference| over the reference's mean, as a share.
@@ -17,18 +17,18 @@ pub struct Limits {
     pub bytes: Option<u64>,
 }
 
-/// How well settings do: the less the better. What holds comes before what does not; among what holds the fewest
-/// milliseconds win where an error is allowed, else the least error; among the rest the one that is nearest to holding.
+/// A score of settings; less is better. Settings that hold the limits come first: among these the fastest wins if the
+/// error is limited, otherwise the most accurate. Among the others the one nearest to the limits wins.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct Score {
-    /// Sum of ln(value / limit) over the limits that are exceeded.
+    /// Sum of ln(value / limit) over the exceeded limits.
     pub excess: f64,
-    /// ln of what is to be small.
+    /// The logarithm of the quantity to minimise.
     pub cost: f64,
 }
 
 impl Limits {
-    /// The limits that are given: their flags, and what is taken of each.
+    /// The limits that are set: their flags, and the shares that are used.
     fn taken(&self, of: &Reading) -> impl Iterator<Item = (&'static str, f64)> {
         let error = self.error.map(|limit| ("--max-error", of.error / limit));
         let ms = self.ms.map(|limit| ("--max-ms", of.ms / limit));
@@ -46,8 +46,8 @@ impl Limits {
         self.score(of).excess <= 0.0
     }
 
-    /// The limit that is exceeded the most or, where all hold, the one with the least room: its flag, and what is taken
-    /// of it.
+    /// The limit that is exceeded most or, if all hold, the one with the least room: its flag, and the share that is
+    /// used.
     pub fn binding(&self, of: &Reading) -> Option<(&'static str, f64)> {
         self.taken(of).max_by(|a, b| a.1.total_cmp(&b.1))
     }
@@ -58,7 +58,7 @@ impl Score {
         self.excess.total_cmp(&other.excess).then(self.cost.total_cmp(&other.cost))
     }
 
-    /// Whether it does better by a share `by` at least.
+    /// Whether the score is better by at least the share `by`.
     pub fn beats(&self, other: &Self, by: f64) -> bool {
         if self.excess != other.excess {
             self.excess < other.excess - by.min(0.5 * other.excess)

@@ -1,9 +1,9 @@
-//! The cheapest settings that hold limits on a scene, found by measuring. `docs/plan.md` says what is measured and how
-//! sure it is.
+//! Finds the cheapest settings within limits for a scene by measuring. `docs/plan.md` explains the measurements and
+//! their certainty.
 //!
-//! [`ask`] leads from a question to an [`answer`]. [`space`] has the ladders, [`needs`] says which of them a scene has
-//! a use for, [`search`] chooses what is measured next, by what [`model`] predicts; [`mod@bench`] measures,
-//! [`crate::lab::store::Results`] keeps.
+//! [`ask`] leads from a question to an [`answer`]. [`space`] has the ladders, and [`needs`] decides which of them the
+//! scene needs. [`search`] chooses the next measurements by the predictions of [`model`]. [`mod@bench`] measures, and
+//! [`crate::lab::store::Results`] stores.
 
 pub mod answer;
 pub mod ask;
@@ -14,5 +14,5 @@ pub mod needs;
 pub mod search;
 pub mod space;
 
-/// Version of what is kept between calls and of the file that `plan --json` writes.
+/// The version of stored measurements and of the file of `plan --json`.
 pub const VERSION: u32 = 1;

@@ -1,10 +1,9 @@
-//! Predictions for a combination of rungs, from measurements of single steps.
+//! Predictions for combinations of rungs from measurements of single steps.
 //!
-//! A step of a ladder changes each pass of a frame by a factor, so that steps which work on the same pass multiply:
-//! half the pixels and half the rays are a quarter of the gathering. So do errors, as was measured: over full sweeps of
-//! four scenes, a factor per step tells them to 2–9 % (root mean square), a sum of squares, as of independent causes,
-//! to 3–20 %. Whatever differs from this is put right by measuring: a prediction starts from the measured place nearest
-//! to what is predicted.
+//! A step on a ladder multiplies the time of each pass by a factor, so that steps which affect the same pass multiply:
+//! half the pixels and half the rays take a quarter of the gathering time. Errors multiply too: over full sweeps of
+//! four scenes, a factor per step predicts them to 2–9 % (root mean square), and a sum of squares, as for independent
+//! causes, to 3–20 %. Measurements correct deviations, because a prediction starts from the nearest measured place.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -12,13 +11,13 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::search::{Point, Reading};
 use super::space::Space;
 
-/// A change of a pass by less than such a share of the frame is taken for noise.
+/// Changes of a pass below this share of the frame count as noise.
 const NOISE: f64 = 0.03;
 
-/// The effect of going from one rung of a ladder to another.
+/// The effect of a step from one rung of a ladder to another.
 #[derive(Clone)]
 struct Step {
-    /// Factor and further milliseconds per pass of the frame.
+    /// For each pass a factor and additional milliseconds.
     passes: BTreeMap<String, (f64, f64)>,
     /// Factor of the error.
     error: f64,
@@ -28,11 +27,11 @@ struct Step {
 /// Predictions for one method's places.
 pub struct Model<'a> {
     spaces: &'a [Space],
-    /// Of all methods: what a step does with one is a first guess of what it does with another.
+    /// Measured points of all methods, because a step with one is a first guess for another.
     points: Vec<&'a Point>,
-    /// Of several pairs of places that show a step, the nearest to this counts. The model is of its method.
+    /// The model is for this point's method, and prefers pairs of measured places near it.
     near: &'a Point,
-    /// By ladder, from and to.
+    /// Known steps by ladder, start and end.
     steps: RefCell<HashMap<[usize; 3], Option<Step>>>,
 }
 
@@ -41,12 +40,12 @@ impl<'a> Model<'a> {
         Self { spaces, points: points.iter().filter(|point| point.ran()).collect(), near, steps: RefCell::default() }
     }
 
-    /// Whether the step of a ladder was measured, whatever the other ladders' rungs were.
+    /// Whether the step of a ladder was measured, with any rungs of the other ladders.
     pub fn knows(&self, ladder: usize, from: usize, to: usize) -> bool {
         self.measured(ladder, from, to).is_some()
     }
 
-    /// Predicts the measurement of a place; `None` where nothing is known of a step to it.
+    /// Predicts the measurement of a place; `None` if a step to it is unknown.
     pub fn predict(&self, place: &[usize]) -> Option<Reading> {
         let distance = |point: &&&Point| differing(&point.place, place).count();
         let nearest = self.points.iter().filter(|point| point.space == self.near.space).min_by_key(distance)?;
@@ -72,24 +71,25 @@ impl<'a> Model<'a> {
         })
     }
 
-    /// The step from one rung to another, over those between.
+    /// The step from one rung to another, composed of the steps between.
     fn find_step(&self, ladder: usize, from: usize, to: usize) -> Option<Step> {
         if let Some(step) = self.measured(ladder, from, to) {
             return Some(step);
         }
         let next = if to > from { from + 1 } else { from - 1 };
         if next == to {
-            // As the step before it was, in the same direction.
+            // The prediction is the previous step in the same direction.
             let before = if to > from { from.checked_sub(1)? } else { from + 1 };
             let mut like = self.measured(ladder, before, from)?;
-            // More of the same brings ever less, and less of it costs ever more.
+            // Increases have diminishing effects, and decreases have growing ones.
             like.error = like.error.powf(if like.error < 1.0 { 0.5 } else { 1.5 });
             return Some(like);
         }
         Some(self.step(ladder, from, next)?.then(self.step(ladder, next, to)?))
     }
 
-    /// The step that a pair of places shows which differ in this ladder alone; those of other methods count last.
+    /// The effect of a step from a pair of measured places that differ only in this ladder; pairs of other methods
+    /// count last.
     fn measured(&self, ladder: usize, from: usize, to: usize) -> Option<Step> {
         let mut best: Option<(usize, &Point, &Point)> = None;
         let key = self.spaces[self.near.space].ladders[ladder].key;

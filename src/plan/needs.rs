@@ -1,15 +1,15 @@
-//! Features of a scene that settings must serve, and settings that it has no use for.
+//! Features of a scene that settings must support, and settings that it does not need.
 
 use crate::scene::{Alpha, LightKind, Material, Scene};
 
 /// Features of a scene that settings depend on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Needs {
-    /// Surfaces that emit light.
+    /// Whether surfaces emit light.
     pub lamps: bool,
-    /// Lights with a radius, so that their shadows have soft edges.
+    /// Whether lights have a radius, so that their shadows are soft.
     pub wide_lights: bool,
-    /// Surfaces that mirror in a lobe of their own, or let light through.
+    /// Whether surfaces reflect in a specular lobe or transmit light.
     pub lobes: bool,
     pub transmits: bool,
     pub sky: bool,
@@ -17,11 +17,11 @@ pub struct Needs {
 }
 
 impl Needs {
-    pub fn of(scene: &Scene) -> Self {
+    pub fn of_scene(scene: &Scene) -> Self {
         let used: Vec<&Material> =
             scene.instances.iter().map(|i| &scene.materials[scene.meshes[i.mesh].material]).collect();
         let wide = scene.lights.iter().any(|light| light.radius > 0.0);
-        // Light that rough dielectrics mirror is taken from their diffuse light: `rays.glossy`.
+        // The specular reflection of rough dielectrics reuses the rays for diffuse light: `rays.glossy`.
         let mirrors =
             |m: &&Material| !m.unlit && (m.metallic > 0.0 || (m.specular > 0.0 && m.ior != 1.0 && m.roughness < 0.7));
         let transmits = used.iter().any(|m| m.transmission > 0.0);
@@ -36,7 +36,7 @@ impl Needs {
         }
     }
 
-    /// A sentence for each thing that other scenes need and this one does not, with the reason.
+    /// A sentence with the reason for each feature that this scene does not need.
     pub fn not_needed(&self, scene: &Scene) -> Vec<String> {
         let mut said = Vec::new();
         let mut say = |when: bool, text: &str| said.extend(when.then(|| text.to_owned()));

@@ -1,32 +1,32 @@
-//! Which settings are measured, and in which order: presets first, then steps of single ladders about the best, then
-//! the combinations that these promise most of.
+//! Chooses the order of measurements: presets first, then single steps from the best, then the most promising
+//! combinations of these.
 
 use std::collections::BTreeMap;
 
 use super::limits::{Limits, Score};
 use super::model::{Model, differing};
-use super::space::{Ladder, Place, Space};
+use super::space::{Ladder, Rungs, Space};
 use crate::Result;
 
-/// Result of one measurement.
+/// The result of one measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
     /// Device time of a frame in milliseconds.
     pub ms: f64,
-    /// Device time in milliseconds, pass by pass.
+    /// Device time of each pass in milliseconds.
     pub passes: BTreeMap<String, f64>,
-    /// Device memory.
+    /// Device memory in bytes.
     pub bytes: u64,
-    /// As [`Limits::error`].
+    /// The error as in [`Limits::error`].
     pub error: f64,
 }
 
-/// A place that was measured.
+/// A measured place.
 #[derive(Clone, Debug)]
 pub struct Point {
     /// Index of its space.
     pub space: usize,
-    pub place: Place,
+    pub place: Rungs,
     pub reading: Reading,
 }
 
@@ -37,18 +37,18 @@ impl Point {
     }
 }
 
-/// Measures the settings at a place of a space. What cannot run has an infinite time and error; an error ends the
-/// search.
+/// Measures the settings at a place of a space. Settings that cannot run have infinite time and error; an error ends
+/// the search.
 pub type Measure<'a> = dyn FnMut(usize, &[usize]) -> Result<Reading> + 'a;
 
-/// A combination is measured if it promises to be better by such a share,
-const WORTH: f64 = 0.03;
-/// where time and error are taken for so much less per ladder that differs, since predictions are off by some percent
-/// each way,
-const HOPE: f64 = 0.98;
-/// until so many in a row broke that promise.
-const MISSES: u32 = 6;
-/// Ladders in which a combination differs from the best at once, and rungs on each.
+/// The minimum predicted gain for measuring a combination.
+const MIN_GAIN: f64 = 0.03;
+/// The factor by which predicted time and error are reduced for each differing ladder, because predictions are off by
+/// some percent.
+const OPTIMISM_PER_STEP: f64 = 0.98;
+/// The number of successive failed predictions after which the search ends.
+const MAX_FAILED_PREDICTIONS: u32 = 6;
+/// The maximum number of ladders in which a combination differs from the best, and of rungs on each.
 const CHANGED: usize = 4;
 const REACH: usize = 2;
 
@@ -56,7 +56,7 @@ pub struct Search<'a> {
     pub spaces: &'a [Space],
     pub limits: Limits,
     pub points: Vec<Point>,
-    /// Whether it ended because nothing was left that promised more.
+    /// Whether the search ended because no measurement was promising.
     pub finished: bool,
 }
 
@@ -65,14 +65,14 @@ impl<'a> Search<'a> {
         Self { spaces, limits, points: Vec::new(), finished: false }
     }
 
-    /// Measures until nothing promises more.
+    /// Measures until no measurement is promising.
     ///
     /// # Errors
-    /// Those of `measure`, after which the points are those that were measured before.
+    /// Errors of `measure`; the points are then those measured before.
     pub fn run(&mut self, measure: &mut Measure) -> Result<()> {
         self.finished = false;
         self.race(measure)?;
-        // The best method first: what steps do with one is a first guess for the others.
+        // The best method comes first, because its steps are a first guess for the others.
         for space in self.order() {
             self.climb(space, measure)?;
         }
@@ -80,7 +80,7 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// The places that do best, the best first: all, or those of one space.
+    /// The best places in order: all, or those of one space.
     pub fn best(&self, space: Option<usize>) -> Vec<&Point> {
         let mut points: Vec<&Point> =
             self.points.iter().filter(|p| p.ran() && space.is_none_or(|s| s == p.space)).collect();
@@ -96,8 +96,8 @@ impl<'a> Search<'a> {
         self.points.iter().find(|point| point.space == space && point.place == place)
     }
 
-    /// The score of a place, which is measured unless it was.
-    fn look(&mut self, space: usize, place: &Place, measure: &mut Measure) -> Result<Score> {
+    /// The score of a place, which is measured if it is new.
+    fn look(&mut self, space: usize, place: &Rungs, measure: &mut Measure) -> Result<Score> {
         if let Some(point) = self.point(space, place) {
             return Ok(self.score(point));
         }
@@ -107,8 +107,8 @@ impl<'a> Search<'a> {
         Ok(score)
     }
 
-    /// Measures where searches begin: of each method the first; then further ones of the best method first, each until
-    /// one does not do better.
+    /// Measures the starting places: first one of each method, then further ones of the best method, until one is not
+    /// better.
     fn race(&mut self, measure: &mut Measure) -> Result<()> {
         let spaces = self.spaces;
         for (index, space) in spaces.iter().enumerate() {
@@ -136,7 +136,7 @@ impl<'a> Search<'a> {
         order
     }
 
-    /// Climbs from a method's best place.
+    /// Improves a method from its best place.
     fn climb(&mut self, space: usize, measure: &mut Measure) -> Result<()> {
         let mut misses = 0;
         while let Some(best) = self.best(Some(space)).first().copied().cloned() {
@@ -144,15 +144,15 @@ impl<'a> Search<'a> {
                 self.look(space, &step, measure)?;
                 continue;
             }
-            let Some(place) = self.promising(&best).filter(|_| misses < MISSES) else { break };
+            let Some(place) = self.promising(&best).filter(|_| misses < MAX_FAILED_PREDICTIONS) else { break };
             let kept = self.look(space, &place, measure)? < self.score(&best);
             misses = if kept { 0 } else { misses + 1 };
         }
         Ok(())
     }
 
-    /// A step of a ladder next to a place that nothing is known of yet: down first.
-    fn unknown_step(&self, from: &Point) -> Option<Place> {
+    /// A neighbouring step whose effect is unknown, downward first.
+    fn unknown_step(&self, from: &Point) -> Option<Rungs> {
         let model = Model::new(self.spaces, &self.points, from);
         let ladders = &self.spaces[from.space].ladders;
         let down = (0..ladders.len()).map(|ladder| (ladder, from.place[ladder].checked_sub(1)));
@@ -165,32 +165,32 @@ impl<'a> Search<'a> {
         places.find(|place| self.point(from.space, place).is_none())
     }
 
-    /// The place about the best that is predicted to do better than it, and best of all that were not measured.
-    fn promising(&self, best: &Point) -> Option<Place> {
+    /// The unmeasured place near the best with the best prediction, if it is better than the best.
+    fn promising(&self, best: &Point) -> Option<Rungs> {
         let model = Model::new(self.spaces, &self.points, best);
         let target = self.score(best);
-        let promised = |place: Place| {
-            let hope = HOPE.powi(differing(&best.place, &place).count() as i32);
+        let promised = |place: Rungs| {
+            let hope = OPTIMISM_PER_STEP.powi(differing(&best.place, &place).count() as i32);
             let reading = model.predict(&place)?;
             let hoped = Reading { ms: reading.ms * hope, error: reading.error * hope, ..reading };
             Some((self.limits.score(&hoped), place))
         };
         let about = about(&self.spaces[best.space].ladders, &best.place, 0, CHANGED);
         let new = about.into_iter().filter(|place| self.point(best.space, place).is_none());
-        let better = new.filter_map(promised).filter(|(score, _)| score.beats(&target, WORTH));
+        let better = new.filter_map(promised).filter(|(score, _)| score.beats(&target, MIN_GAIN));
         better.min_by(|a, b| a.0.compare(&b.0)).map(|(_, place)| place)
     }
 }
 
 /// A place with another rung of one ladder.
-pub fn with_rung(place: &[usize], ladder: usize, rung: usize) -> Place {
+pub fn with_rung(place: &[usize], ladder: usize, rung: usize) -> Rungs {
     let mut place = place.to_vec();
     place[ladder] = rung;
     place
 }
 
-/// Every place that differs from this one in up to `most` ladders from the `first` on, by few rungs.
-fn about(ladders: &[Ladder], place: &[usize], first: usize, most: usize) -> Vec<Place> {
+/// Every place that differs from this one in up to `most` ladders, starting with the ladder `first`, by a few rungs.
+fn about(ladders: &[Ladder], place: &[usize], first: usize, most: usize) -> Vec<Rungs> {
     let mut places = Vec::new();
     for ladder in first..ladders.len() {
         let own = place[ladder];
@@ -213,8 +213,8 @@ mod tests {
     use super::super::space::spaces;
     use super::*;
 
-    /// A full sweep of a scene (`examples/pages/plan.rs`): of each place its space, itself and its reading.
-    type Swept = Vec<(usize, Place, Reading)>;
+    /// A full sweep of a scene (`examples/pages/plan.rs`): the space, rungs and reading of each place.
+    type Swept = Vec<(usize, Rungs, Reading)>;
 
     /// The spaces that were swept.
     fn swept_spaces() -> Vec<Space> {
@@ -232,17 +232,17 @@ mod tests {
     fn read(path: &Path, spaces: &[Space]) -> Swept {
         #[derive(serde::Deserialize)]
         struct Kept {
-            rows: Vec<(String, Place, [f64; 2], f64)>,
+            rows: Vec<(String, Rungs, [f64; 2], f64)>,
         }
         let kept: Kept = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
-        let row = |(method, place, ms, error): (String, Place, [f64; 2], f64)| {
+        let row = |(method, place, ms, error): (String, Rungs, [f64; 2], f64)| {
             let space = spaces.iter().position(|space| space.method.name() == method).unwrap();
             (space, place, reading(ms, error))
         };
         kept.rows.into_iter().map(row).collect()
     }
 
-    /// The best that a search finds in a sweep, and how many settings it asked for.
+    /// The best reading that a search finds in a sweep, and the number of settings that it measured.
     fn found(swept: &Swept, spaces: &[Space], limits: Limits) -> (Reading, usize) {
         let mut search = Search::new(spaces, limits);
         let row = |space: usize, place: &[usize]| swept.iter().find(|row| row.0 == space && row.1 == place);
@@ -256,14 +256,14 @@ mod tests {
         Reading { ms: ms[0] + ms[1], passes, bytes: 1 << 20, error }
     }
 
-    /// A number from 0 to 1 that depends on these words alone.
+    /// A pseudo-random number from 0 to 1 that only depends on these words.
     fn chance(of: &str) -> f64 {
         let hash = blake3::hash(of.as_bytes());
         f64::from(u32::from_le_bytes(hash.as_bytes()[..4].try_into().unwrap())) / f64::from(u32::MAX)
     }
 
-    /// A sweep of a made scene: ladders multiply the times of two passes, squares of errors add up, and a little fits
-    /// no such rule.
+    /// A sweep of a synthetic scene: ladders multiply the times of two passes, squares of errors add up, and a small
+    /// part follows no rule.
     fn made(seed: u64, spaces: &[Space]) -> Swept {
         let mut swept = Swept::new();
         for (index, space) in spaces.iter().enumerate() {
@@ -288,8 +288,8 @@ mod tests {
         swept
     }
 
-    /// In nine of ten searches the best that is found is within a tenth of the best of all, by measuring one setting in
-    /// `few`. The limits are those that such a percentage of the settings hold.
+    /// In nine of ten searches the best found time is within a tenth of the best one, after measuring one setting in
+    /// `few`. Limits are such that a given percentage of the settings hold them.
     fn assert_near(sweeps: impl Iterator<Item = Swept>, spaces: &[Space], percents: &[usize], few: usize) {
         let (mut asked, mut all, mut ratios) = (0, 0, Vec::new());
         for swept in sweeps {
@@ -310,7 +310,7 @@ mod tests {
         assert!(few * asked < all, "{asked} of {all}");
     }
 
-    /// All 364 settings of scenes of five kinds.
+    /// All 364 settings for scenes of five kinds.
     #[test]
     fn it_finds_nearly_the_best_of_full_sweeps() {
         let spaces = swept_spaces();

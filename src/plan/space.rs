@@ -1,5 +1,5 @@
-//! Search space: for each method a ladder per setting, its cheapest rung first. Anything that the scene has no use for
-//! is left out.
+//! The search space: for each method a ladder per setting, its cheapest rung first, without those that the scene does
+//! not need.
 
 use super::needs::Needs;
 use crate::Result;
@@ -14,32 +14,32 @@ pub struct Ladder {
 }
 
 /// A rung of every ladder.
-pub type Place = Vec<usize>;
+pub type Rungs = Vec<usize>;
 
-/// All that is tried of one method.
+/// The search space of one method.
 #[derive(Clone, Debug)]
 pub struct Space {
     pub method: Method,
     base: Settings,
     pub ladders: Vec<Ladder>,
-    /// Where the search begins: what presets come to.
-    pub starts: Vec<Place>,
+    /// The starting places, from presets.
+    pub starts: Vec<Rungs>,
 }
 
-/// Whether a ladder is of use for a scene and a method.
+/// Whether a scene and a method need a ladder.
 type Use = fn(&Needs, Method) -> bool;
 
 const ALWAYS: Use = |_, _| true;
 const LAMPS: Use = |needs, _| needs.lamps;
-/// Of use where lamps light items of lists.
+/// Needed if lamps light items of lists.
 const LIT_LAMPS: Use = |needs, method| needs.lamps && method != Method::None;
 const WIDE_LIGHTS: Use = |needs, _| needs.wide_lights;
 const LOBES: Use = |needs, _| needs.lobes;
-/// Of use where light goes further than to the first surface.
+/// Needed if light travels farther than to the first surface.
 const INDIRECT: Use = |_, method| method != Method::None;
 
-/// A setting, its values and what they are of use for; keys of a method are of that one alone. The grid stops at 128:
-/// beyond, memory grows by eight with little to be gained.
+/// A setting, its values and the condition under which it is needed; keys of a method only apply to it. The grid stops
+/// at 128, because larger ones take eight times the memory for little gain.
 const LADDERS: &[(&str, &[&str], Use)] = &[
     ("voxels", &["16", "32", "64", "128"], ALWAYS),
     ("bounces", &["1", "2", "all"], INDIRECT),
@@ -61,10 +61,10 @@ const LADDERS: &[(&str, &[&str], Use)] = &[
     ("photons.glossy", &["2", "4", "8", "16"], LOBES),
 ];
 
-/// A preset, and what is changed of it.
+/// A preset with changes.
 type Begin = (&'static str, &'static [&'static str]);
 
-/// Where the search of a method begins.
+/// The starting points of a method.
 fn begins(method: Method) -> &'static [Begin] {
     const SHARED_HALF: &str = "image.gather_resolution=half";
     match method {
@@ -76,16 +76,16 @@ fn begins(method: Method) -> &'static [Begin] {
     }
 }
 
-/// The methods that are tried first: those that often do best, or take little time.
+/// The methods that are tried first: they often do best, or take little time.
 const FIRST: [Method; 4] = [Method::None, Method::Rays, Method::Lpv, Method::Photons];
 
-/// The grid at which every search begins: presets have 128³, which takes up to eight times as long.
+/// The grid at which every search begins: that of presets, 128³, takes up to eight times as long.
 const FIRST_GRID: &str = "voxels=64";
 
-/// The spaces of all methods, as far as the scene has a use for them. `fixed`: `key=value` that all settings have.
+/// The spaces of all methods, with the ladders that the scene needs. `fixed` holds `key=value` of fixed settings.
 ///
 /// # Errors
-/// [`crate::Error::Usage`]: a key or a value that does not exist.
+/// [`crate::Error::Usage`] for a key or a value that does not exist.
 pub fn spaces(needs: &Needs, fixed: &[String]) -> Result<Vec<Space>> {
     let mut set = Settings::default();
     fixed.iter().try_for_each(|assignment| set.set(assignment))?;
@@ -122,8 +122,8 @@ impl Space {
         settings
     }
 
-    /// The place of settings; a value that is no rung counts as the lowest.
-    pub fn place(&self, settings: &Settings) -> Place {
+    /// The place of settings; a value without a rung counts as the lowest.
+    pub fn place(&self, settings: &Settings) -> Rungs {
         let entries = settings.entries();
         let rung = |ladder: &Ladder| {
             let value = entries.iter().find(|entry| entry.0.name == ladder.key).map(|entry| entry.1.as_str());
@@ -132,17 +132,17 @@ impl Space {
         self.ladders.iter().map(rung).collect()
     }
 
-    /// Every place: of all combinations of rungs.
-    pub fn places(&self) -> Vec<Place> {
-        let grow = |places: Vec<Place>, ladder: &Ladder| {
-            let with = |place: &Place, rung| place.iter().copied().chain([rung]).collect();
+    /// Every combination of rungs.
+    pub fn places(&self) -> Vec<Rungs> {
+        let grow = |places: Vec<Rungs>, ladder: &Ladder| {
+            let with = |place: &Rungs, rung| place.iter().copied().chain([rung]).collect();
             places.iter().flat_map(|place| (0..ladder.rungs.len()).map(move |rung| with(place, rung))).collect()
         };
         self.ladders.iter().fold(vec![Vec::new()], grow)
     }
 }
 
-/// A preset with changes, on the first grid, with what is fixed.
+/// A preset with changes, on the first grid, with the fixed settings.
 fn start(method: Method, begin: &Begin, fixed: &[String]) -> Result<Settings> {
     let (preset, changes) = begin;
     let mut settings = Settings { method, ..Settings::preset(preset)? };
@@ -152,7 +152,7 @@ fn start(method: Method, begin: &Begin, fixed: &[String]) -> Result<Settings> {
     Ok(settings)
 }
 
-/// The preset that settings differ from least, and how: for a command.
+/// The preset with the fewest differences, and these, for a command.
 pub fn as_preset(settings: &Settings) -> (&'static str, Vec<String>) {
     let all = PRESETS.iter().map(|preset| (preset.name, settings.changes_from(&(preset.settings)())));
     all.min_by_key(|(_, differs)| differs.len()).expect("there are presets")

@@ -1,4 +1,4 @@
-//! Audit of a frame, pass by pass and resource by resource: it finds work and memory that the scene does not need.
+//! An audit of a frame by passes and resources: it finds work and memory that the scene does not need.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use crate::scene::Still;
 use crate::settings::Settings;
 use crate::vk::{AttachmentLog, CallLog, CommandLog, Context, FrameLog};
 
-/// A resource below so many bytes is a placeholder: shaders that may read it must be given something.
+/// Resources below this size in bytes are placeholders, because shaders that may read them need a binding.
 pub const PLACEHOLDER: u64 = 1024;
 
 /// Passes and resources of a frame from scratch.
@@ -17,9 +17,9 @@ pub const PLACEHOLDER: u64 = 1024;
 pub struct Audit {
     pub passes: Vec<PassUse>,
     pub resources: Vec<ResourceUse>,
-    /// Pipelines that were made for it.
+    /// The number of pipelines that were made for it.
     pub pipelines: u64,
-    /// Of them, those that it used, by their shaders.
+    /// The pipelines that it used, by their shaders.
     pub used: BTreeSet<String>,
 }
 
@@ -27,9 +27,9 @@ pub struct Audit {
 #[derive(Clone, Debug)]
 pub struct PassUse {
     pub name: &'static str,
-    /// Draws and dispatches.
+    /// The number of draws and dispatches.
     pub calls: usize,
-    /// Of these, those that are known to do nothing: of no vertices or groups.
+    /// The number of those without vertices or groups.
     pub empty: usize,
 }
 
@@ -38,23 +38,23 @@ pub struct PassUse {
 pub struct ResourceUse {
     pub name: &'static str,
     pub bytes: u64,
-    /// Passes whose shaders are given it, or that draw into it or copy it; not those that only fill it.
+    /// Passes that bind it, draw into it or copy it, without those that only fill it.
     pub used_by: BTreeSet<&'static str>,
 }
 
 impl ResourceUse {
-    /// More than a placeholder, and no pass does anything with what is in it.
+    /// Whether it is more than a placeholder and no pass uses its content.
     pub fn superfluous(&self) -> bool {
         self.bytes > PLACEHOLDER && self.used_by.is_empty()
     }
 }
 
 impl Audit {
-    /// Renders and looks at what the frame recorded.
+    /// Renders a frame and examines the recording.
     ///
     /// # Errors
-    /// Those of the renderer.
-    pub fn of(
+    /// Errors of the renderer.
+    pub fn of_frame(
         context: &Arc<Context>,
         Still { scene, pose, view }: Still,
         settings: &Settings,
@@ -81,7 +81,7 @@ impl Audit {
         self.resources.iter().map(|resource| resource.bytes).sum()
     }
 
-    /// A sentence for everything that nothing asks for.
+    /// A sentence for each superfluous pass and resource.
     pub fn superfluous(&self) -> Vec<String> {
         let bytes = |r: &ResourceUse| format!("{}: {} bytes that no pass uses", r.name, r.bytes);
         let mut said: Vec<String> = self.resources.iter().filter(|r| r.superfluous()).map(bytes).collect();
@@ -90,7 +90,7 @@ impl Audit {
         said
     }
 
-    /// Differences between this frame and another, both ways: passes, pipelines, bytes.
+    /// Differences between two frames in both directions: passes, pipelines, bytes.
     pub fn beside(&self, other: &Self) -> Vec<String> {
         let lacks = |own: &Self, other: &Self, word: &str| -> Vec<String> {
             let has = |name: &str| other.passes.iter().any(|pass| pass.name == name);
@@ -101,7 +101,7 @@ impl Audit {
         if more != 0 {
             said.push(format!("{more:+} pipelines"));
         }
-        // A method with grids of its own has some resources several times.
+        // A method with its own grids has some resources several times.
         let bytes =
             |audit: &Self, name| audit.resources.iter().filter(|r| r.name == name).map(|r| r.bytes as i64).sum::<i64>();
         let names: BTreeSet<&str> = self.resources.iter().chain(&other.resources).map(|r| r.name).collect();
@@ -125,13 +125,13 @@ fn passes(log: &FrameLog) -> Vec<PassUse> {
     passes
 }
 
-/// Whether a label names a resource of a plan, or a part of one.
+/// Whether a label belongs to a resource of a plan, or to a part of one.
 fn is(label: &str, name: &str) -> bool {
     match name {
         "image" => label == "beauty",
         "first bounce's volume" => label.starts_with("first bounce"),
         "second bounce's volume" => label.starts_with("second bounce"),
-        // Images of several parts are numbered.
+        // Images with several parts are numbered.
         _ => label.strip_prefix(name).is_some_and(|rest| rest.chars().all(|c| c == ' ' || c.is_ascii_digit())),
     }
 }

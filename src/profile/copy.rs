@@ -1,4 +1,4 @@
-//! The device's copy rate, with which rates of passes are compared.
+//! The device's copy rate, to which rates of passes are compared.
 
 use std::sync::Arc;
 
@@ -9,18 +9,18 @@ use crate::Result;
 use crate::measure::timing::Spread;
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Recorder, RecorderOptions, ZoneKind};
 
-/// Bytes that are copied: beyond the caches of most devices.
+/// Copied bytes, which exceed the caches of most devices.
 pub const BYTES: u64 = 64 << 20;
 const REPEATS: usize = 7;
-/// Invocations of a workgroup, times the bytes that each copies.
+/// Bytes that a workgroup copies.
 const GROUP_BYTES: u64 = 128 * 16;
 
-/// Gigabytes (10⁹) per second, read and written bytes together.
+/// Rates in gigabytes (10⁹) per second, for read and written bytes together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct CopyRates {
-    /// By the device's buffer copy.
+    /// The rate of a buffer copy.
     pub buffer_gb_per_s: f64,
-    /// By a compute shader, 16 bytes an invocation.
+    /// The rate of a compute shader with 16 bytes per invocation.
     pub shader_gb_per_s: f64,
 }
 
@@ -31,7 +31,7 @@ impl CopyRates {
     }
 }
 
-/// Two buffers, and the pass that copies the one into the other.
+/// Two buffers, and a pass that copies one to the other.
 pub struct Copy {
     context: Arc<Context>,
     pipeline: Compute,
@@ -41,7 +41,7 @@ pub struct Copy {
 }
 
 impl Copy {
-    /// `bytes`: a multiple of 16.
+    /// `bytes` is a multiple of 16.
     pub fn new(context: &Arc<Context>, bytes: u64) -> Result<Self> {
         let buffer = |label| Buffer::new(context, label, bytes, BufferKind::Device);
         let desc = ComputeDesc { label: "copy", shader: "profile/copy.comp", ..Default::default() };
@@ -49,12 +49,12 @@ impl Copy {
         Ok(Self { context: context.clone(), pipeline, from: buffer("copied from")?, to: buffer("copied to")?, bytes })
     }
 
-    /// Milliseconds of a buffer copy and of the pass, and what the pass counted where the context counts.
+    /// Milliseconds of a buffer copy and of the pass, and the counts of the pass on a context that counts.
     pub fn run(&self) -> Result<([f64; 2], Counts)> {
         let mut recorder = Recorder::new(&self.context, RecorderOptions::default())?;
         recorder.zone("fill", ZoneKind::Transfer, self.bytes, |r| r.fill(&self.from, 0, self.bytes, 0x3f80_0000));
         recorder.zone("buffer copy", ZoneKind::Transfer, self.bytes, |r| {
-            r.full_barrier(); // the fill
+            r.full_barrier(); // fill wrote the buffers
             r.copy(&self.from, &self.to);
         });
         recorder.zone("copy", ZoneKind::Compute, self.bytes, |r| {
@@ -63,20 +63,20 @@ impl Copy {
             r.dispatch(&self.pipeline, &binds, &(), [self.bytes.div_ceil(GROUP_BYTES) as u32, 1, 1]);
         });
         let zones = recorder.finish()?.zones;
-        Ok(([zones[1].gpu_ms, zones[2].gpu_ms], Counts::of(&zones[2].counts)))
+        Ok(([zones[1].gpu_ms, zones[2].gpu_ms], Counts::of_counters(&zones[2].counts)))
     }
 }
 
-/// Medians over several copies, after one to warm up.
+/// Medians over several copies after one warm-up.
 pub fn measure(context: &Arc<Context>) -> Result<CopyRates> {
     let copy = Copy::new(context, BYTES)?;
     copy.run()?;
     let times: Vec<[f64; 2]> = (0..REPEATS).map(|_| Ok(copy.run()?.0)).collect::<Result<_>>()?;
-    let rate = |which: usize| gb_per_s(2 * BYTES, Spread::of(times.iter().map(|t| t[which])).median);
+    let rate = |which: usize| gb_per_s(2 * BYTES, Spread::of_values(times.iter().map(|t| t[which])).median);
     Ok(CopyRates { buffer_gb_per_s: rate(0), shader_gb_per_s: rate(1) })
 }
 
-/// Gigabytes per second; 0 for no time at all.
+/// Gigabytes per second; 0 for a time of 0.
 pub fn gb_per_s(bytes: u64, ms: f64) -> f64 {
     if ms > 0.0 { bytes as f64 / ms * 1e-6 } else { 0.0 }
 }

@@ -1,4 +1,4 @@
-//! A pass's time per unit of its work, and its bytes per time.
+//! The time of a pass per unit of its work, and its bytes per time.
 
 use serde::Serialize;
 
@@ -9,33 +9,33 @@ use crate::gi::{Method, PassUnit};
 use crate::ground::layout;
 use crate::measure::timing::{PassTiming, short_bytes};
 
-/// Cost of one pass per unit of work, and by the model. Nanoseconds of device time, from the median.
+/// The cost of a pass per unit of work, and by the model, in nanoseconds of device time from the median.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct PassCost {
     pub name: &'static str,
-    /// Of the passes that work on voxels.
+    /// For passes over voxels.
     pub ns_per_occupied_voxel: Option<f64>,
-    /// Of the voxel passes that make lists or walk them; shadow rays' walks count too.
+    /// For voxel passes that make lists or visit them, including shadow rays.
     pub ns_per_list_item: Option<f64>,
-    /// Of the passes that work on the image.
+    /// For passes over the image.
     pub ns_per_pixel: Option<f64>,
-    /// Of the passes that trace cones, shadow cones included.
+    /// For passes that trace cones, including shadow cones.
     pub ns_per_cone_step: Option<f64>,
-    /// Of the passes that trace rays, over their whole time.
+    /// For passes that trace rays, over their whole time.
     pub rays_per_s: Option<f64>,
     /// Reads and steps of the pass in an instrumented frame.
     pub counts: Counts,
-    /// A model: every read counts in full. See [`Counts`].
+    /// Read bytes by a model in which every read counts fully: see [`Counts`].
     pub fetched_bytes: u64,
-    /// Bytes that the pass writes: stated by the pass; of list items and triangles, counted.
+    /// Written bytes as stated by the pass; list items and triangles are counted.
     pub written_bytes: u64,
-    /// Fetched and written bytes over the median time, 10⁹ a second. Caches explain a rate above the copy rate.
+    /// Read and written bytes over the median time, in 10⁹ per second. Caches cause rates above the copy rate.
     pub gb_per_s: f64,
-    /// Divided by the better copy rate of the device.
+    /// `gb_per_s` divided by the better copy rate of the device.
     pub share_of_copy: f64,
 }
 
-/// Amount of work of a frame's passes.
+/// The amount of work of a frame's passes.
 pub struct Work<'a> {
     pub method: Method,
     pub frame: &'a Counters,
@@ -43,10 +43,10 @@ pub struct Work<'a> {
     pub copy: &'a CopyRates,
 }
 
-/// Units of work of the ground's passes, by the start of their names.
+/// Units of work of the ground's passes, by the beginnings of their names.
 const GROUND_UNITS: [(&str, PassUnit); 7] = [
     ("voxelise", PassUnit::MadeItems),
-    ("alike", PassUnit::WalkedItems),
+    ("group", PassUnit::WalkedItems),
     ("split", PassUnit::WalkedItems),
     ("visibility", PassUnit::Pixels),
     ("gather", PassUnit::Pixels),
@@ -69,10 +69,10 @@ fn cost(pass: &PassTiming, counted: &[(&'static str, Counts)], work: &Work) -> P
     let per = |applies: bool, count: u64| (applies && count > 0).then(|| ms * 1e6 / count as f64);
     let (items, triangles) = (u64::from(frame.list_items), u64::from(frame.triangles));
     let written_bytes = if unit == Some(PassUnit::MadeItems) {
-        // An item, and the voxel's head for it.
+        // A pass writes an item and the head of its voxel.
         items * (size_of::<layout::ListItem>() as u64 + 4) + 4 * u64::from(frame.occupied_voxels)
-    } else if name == "alike" {
-        // Twice: first which way it faces, then the item that is lit for it.
+    } else if name == "group" {
+        // Items are written twice: first with their orientation, then with the item that is lit for them.
         2 * items * size_of::<layout::ItemPart>() as u64
     } else if name == "record" {
         triangles * size_of::<layout::Triangle>() as u64
@@ -126,14 +126,14 @@ pub fn table(costs: &[PassCost], copy: &CopyRates) -> String {
         );
     }
     text + &format!(
-        "voxels are occupied ones, items those listed or walked, ns/step is by steps of cones, steps/ray are those from box to\n\
-         box of the tree of triangles; fetched bytes are a model, counted in an instrumented frame: every read in full, as\n\
-         if nothing were cached. The device copies {buffer_gb_per_s:.2} GB/s by itself, {shader_gb_per_s:.2} GB/s in a shader \
+        "Voxels: occupied ones. Items: listed or read ones. ns/step: time over steps of cones. Steps/ray: boxes of the\n\
+         tree of triangles that a ray visits. Fetched bytes: a model, counted in an instrumented frame, in which no\n\
+         read is cached. The device copies {buffer_gb_per_s:.2} GB/s by itself, {shader_gb_per_s:.2} GB/s in a shader \
          (read and written)\n"
     )
 }
 
-/// A row for each pass whose shaders count: how often they ran, and what rays they traced.
+/// A row for each pass with counting shaders: the number of invocations and of traced rays.
 fn work_table(costs: &[PassCost], width: usize) -> String {
     let line = |name: &str, [invocations, rays, steps, rate]: [String; 4]| {
         let line = format!("{name:width$}  {invocations:>12}  {rays:>12}  {steps:>10}  {rate:>10}");

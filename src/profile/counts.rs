@@ -1,14 +1,14 @@
-//! Kinds of things that counting shaders count, and bytes of each: a model in which every read counts in full, as if
-//! there were no caches. Attachments, uniforms and fixed-function reads are left out. Twin of `glsl/common/count.glsl`.
+//! Kinds of counts of counting shaders, and their bytes: a model in which every read counts fully, as if there were no
+//! caches. Attachments, uniforms and fixed-function reads are not included. Twin of `glsl/common/count.glsl`.
 
 use serde::Serialize;
 
 use crate::ground::layout;
 
-/// Gives every kind its place, its name in GLSL and its bytes.
+/// Declares every kind with its number, its name in GLSL and its bytes.
 macro_rules! kinds {
     ($($(#[$doc:meta])* $field:ident $glsl:literal $bytes:expr),+ $(,)?) => {
-        /// How many of each thing were read.
+        /// The number of reads of each kind.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
         pub struct Counts { $($(#[$doc])* pub $field: u64),+ }
 
@@ -17,7 +17,7 @@ macro_rules! kinds {
             pub const KINDS: &'static [(&'static str, usize)] = &[$(($glsl, $bytes)),+];
 
             /// From the counters of a zone.
-            pub fn of(counters: &[u64]) -> Self {
+            pub fn of_counters(counters: &[u64]) -> Self {
                 let mut counters = counters.iter().copied();
                 Self { $($field: counters.next().unwrap_or(0)),+ }
             }
@@ -30,21 +30,21 @@ macro_rules! kinds {
 }
 
 kinds! {
-    /// Of diffuse, specular and refraction cones.
+    /// Steps of diffuse, specular and refraction cones.
     cone_steps "CONE_STEPS" 0,
-    /// Of shadow cones.
+    /// Steps of shadow cones.
     shadow_steps "SHADOW_STEPS" 0,
-    /// Of rays, from box to box: three words of a box, one of its links.
+    /// Steps of rays from node to node: three words of a box and one of its links.
     ray_steps "RAY_STEPS" 16,
-    /// RGBA16F: 8 or 16 behind one trilinear look-up.
+    /// RGBA16F texels: 8 or 16 for a trilinear look-up.
     volume_texels "VOLUME_TEXELS" 8,
-    /// RGBA8.
+    /// RGBA8 texels.
     atlas_texels "ATLAS_TEXELS" 4,
     texture_records "TEXTURE_RECORDS" size_of::<layout::TextureLevel>(),
     /// Heads of voxels' lists.
     heads "HEADS" 4,
     list_items "LIST_ITEMS" size_of::<layout::ListItem>(),
-    /// Whole records with three normals, but not what only some scenes have at corners.
+    /// Whole triangle records with three normals, without optional attributes of corners.
     triangles "TRIANGLES" size_of::<layout::Triangle>() + 3 * 12,
     /// Positions of single vertices.
     corners "CORNERS" 12,
@@ -56,16 +56,16 @@ kinds! {
     lamps "LAMP_RECORDS" size_of::<layout::Lamp>(),
     /// All other reads.
     words "WORDS" 4,
-    /// Rays that the driver ended before they were over: none but on a CPU device, see `glsl/ground/tree.glsl`.
+    /// Rays that the driver ended early, only on CPU devices: see `glsl/ground/tree.glsl`.
     rays_cut "RAYS_CUT" 0,
-    /// Ways that were begun in a tree of triangles.
+    /// Rays started in a tree of triangles.
     rays "RAYS_BEGUN" 0,
     /// Threads, vertices or fragments.
     invocations "INVOCATIONS" 0,
 }
 
 impl Counts {
-    /// Bytes fetched, by the model.
+    /// Bytes read according to the model.
     pub fn fetched_bytes(&self) -> u64 {
         self.values().zip(Self::KINDS).map(|(count, (_, bytes))| count * *bytes as u64).sum()
     }
@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn bytes_add_up() {
         let counters: Vec<u64> = (0..Counts::KINDS.len() as u64).collect();
-        let counts = Counts::of(&counters);
+        let counts = Counts::of_counters(&counters);
         assert_eq!((counts.volume_texels, counts.corners), (3, 9));
         let alone = Counts { triangles: 2, words: 1, cone_steps: 9, ..Default::default() };
         assert_eq!(alone.fetched_bytes(), 2 * 84 + 4);

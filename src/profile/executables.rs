@@ -1,8 +1,8 @@
-//! The programs that the driver made of a frame's pipelines, as a table.
+//! A table of the programs that the driver made from a frame's pipelines.
 
 use crate::vk::{Executable, Statistic};
 
-/// A row per program with all that the driver tells of it, or one sentence where it tells nothing.
+/// A row per program with all statistics of the driver, or one sentence without statistics.
 pub fn table(told: Option<&[Executable]>, device: &str) -> String {
     let Some(programs) = told else {
         return format!(

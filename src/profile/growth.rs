@@ -1,12 +1,12 @@
-//! How each pass's time grows with the grid, the triangles and the pixels: a few runs along each axis, and the exponent
-//! of the power law through them.
+//! The growth of each pass's time with the grid, the triangles and the pixels: a few runs along each axis, and the
+//! exponent of a power law.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::Subject;
+use super::RepeatedFrame;
 use crate::Result;
 use crate::measure::timing::Timings;
 use crate::renderer::RenderOptions;
@@ -14,24 +14,24 @@ use crate::scene::{Mesh, Scene};
 use crate::settings::Settings;
 use crate::vk::Context;
 
-/// Grid edges that are tried.
+/// Grid edges of the runs.
 const VOXELS: [u32; 4] = [16, 32, 64, 128];
-/// Times that every triangle is cut into four.
+/// How often every triangle is split into four.
 const SUBDIVISIONS: usize = 2;
 /// Divisors of the image's sides.
 const SHRINKS: [u32; 3] = [4, 2, 1];
 
-/// One axis: the same scene and settings but for one number.
+/// One axis: runs with equal scene and settings except for one number.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Growth {
     /// `voxels` (grid edge), `triangles` (recorded) or `pixels`.
     pub axis: &'static str,
-    /// Along the axis, ascending.
+    /// Values along the axis, ascending.
     pub values: Vec<f64>,
     /// Occupied voxels of each run.
     pub occupied_voxels: Vec<u32>,
     pub passes: Vec<PassGrowth>,
-    /// Runs that did not fit, and why.
+    /// Runs that did not fit into memory, with the reason.
     pub left_out: Vec<String>,
 }
 
@@ -41,27 +41,27 @@ pub struct PassGrowth {
     pub name: &'static str,
     /// Median milliseconds of device time at each value.
     pub gpu_ms: Vec<f64>,
-    /// Time ∝ value^exponent, by least squares of the logarithms; null for fewer than two runs.
+    /// The exponent in time ∝ value^exponent, by least squares of the logarithms; null for fewer than two runs.
     pub exponent: Option<f64>,
 }
 
-/// A run: the same frame but for one number.
+/// A run that differs from the others in one number.
 pub struct Along {
     axis: &'static str,
-    /// In words, such as "32 voxels".
+    /// A description, such as "32 voxels".
     pub what: String,
-    /// Absent: the triangles that it records.
+    /// The value on the axis; `None` for the number of recorded triangles.
     value: Option<f64>,
     scene: Option<Scene>,
     settings: Settings,
     options: RenderOptions,
 }
 
-/// The result of a run; of one that did not fit into device memory, the reason.
-pub type Found = std::result::Result<Timings, String>;
+/// The result of a run, or the reason why it did not fit into device memory.
+pub type RunResult = std::result::Result<Timings, String>;
 
 /// The runs along all three axes.
-pub fn runs(subject: &Subject) -> Vec<Along> {
+pub fn runs(subject: &RepeatedFrame) -> Vec<Along> {
     let (settings, options) = (&subject.settings, &subject.options);
     let along = |axis, what: String, value| Along {
         axis,
@@ -94,24 +94,24 @@ pub fn runs(subject: &Subject) -> Vec<Along> {
 }
 
 impl Along {
-    /// Renders `frames` frames that count.
+    /// Renders `frames` timed frames.
     ///
     /// # Errors
     /// A lost device, an interruption, or too little device memory.
-    pub fn run(&self, context: &Arc<Context>, subject: &Subject, frames: u32) -> Result<Timings> {
+    pub fn run(&self, context: &Arc<Context>, subject: &RepeatedFrame, frames: u32) -> Result<Timings> {
         let scene = self.scene.as_ref().unwrap_or(subject.scene);
         let (settings, options) = (self.settings.clone(), self.options.clone());
-        Ok(Subject { scene, settings, options, ..subject.clone() }.run(context, frames)?.timings)
+        Ok(RepeatedFrame { scene, settings, options, ..subject.clone() }.run(context, frames)?.timings)
     }
 }
 
-/// The axes, from their runs and what these gave.
-pub fn growth(runs: &[Along], found: &[Found]) -> Vec<Growth> {
+/// The axes, from their runs and results.
+pub fn growth(runs: &[Along], found: &[RunResult]) -> Vec<Growth> {
     let all = || runs.iter().zip(found);
     ["voxels", "triangles", "pixels"].map(|axis| of_axis(axis, all().filter(|(run, _)| run.axis == axis))).to_vec()
 }
 
-fn of_axis<'a>(axis: &'static str, runs: impl Iterator<Item = (&'a Along, &'a Found)>) -> Growth {
+fn of_axis<'a>(axis: &'static str, runs: impl Iterator<Item = (&'a Along, &'a RunResult)>) -> Growth {
     let mut growth = Growth { axis, ..Growth::default() };
     let Growth { values, occupied_voxels, passes, left_out, .. } = &mut growth;
     for (run, found) in runs {
@@ -124,7 +124,7 @@ fn of_axis<'a>(axis: &'static str, runs: impl Iterator<Item = (&'a Along, &'a Fo
         };
         let counters = timings.all().last().expect("at least one frame").counters;
         let value = run.value.unwrap_or(counters.triangles.into());
-        // An image of a few pixels cannot be made smaller: the same value again says nothing.
+        // An image of a few pixels cannot be made smaller, and a repeated value would add nothing.
         if values.last().is_some_and(|last| *last >= value) {
             continue;
         }
@@ -132,7 +132,7 @@ fn of_axis<'a>(axis: &'static str, runs: impl Iterator<Item = (&'a Along, &'a Fo
         if values.is_empty() {
             *passes = timed.iter().map(|pass| PassGrowth { name: pass.name, ..PassGrowth::default() }).collect();
         }
-        // A pass that a run lacks does not grow with the axis alone.
+        // A pass that is missing in a run does not only depend on this axis.
         passes.retain_mut(|pass| {
             let ms = timed.iter().find(|timed| timed.name == pass.name).map(|timed| timed.gpu_ms.median);
             pass.gpu_ms.extend(ms);
@@ -155,16 +155,20 @@ pub fn table(growth: &Growth) -> String {
     let mut text = row(growth.axis, growth.values.iter().map(f64::to_string).collect(), "exponent");
     let occupied: Vec<f64> = growth.occupied_voxels.iter().map(|count| f64::from(*count)).collect();
     let cells = growth.occupied_voxels.iter().map(u32::to_string).collect();
-    text += &row("occupied voxels", cells, &words(exponent(&growth.values, &occupied)));
+    text += &row("occupied voxels", cells, &exponent_in_words(exponent(&growth.values, &occupied)));
     for pass in &growth.passes {
-        text += &row(pass.name, pass.gpu_ms.iter().map(|ms| format!("{ms:.3}")).collect(), &words(pass.exponent));
+        text += &row(
+            pass.name,
+            pass.gpu_ms.iter().map(|ms| format!("{ms:.3}")).collect(),
+            &exponent_in_words(pass.exponent),
+        );
     }
     growth.left_out.iter().for_each(|why| text += &format!("left out: {why}\n"));
     text
 }
 
-/// Two digits, and no −0.00.
-pub(super) fn words(exponent: Option<f64>) -> String {
+/// An exponent with two digits, without −0.00.
+pub(super) fn exponent_in_words(exponent: Option<f64>) -> String {
     exponent.map_or_else(String::new, |e| format!("{:.2}", (e * 100.0).round() / 100.0 + 0.0))
 }
 
@@ -180,8 +184,8 @@ pub fn exponent(x: &[f64], y: &[f64]) -> Option<f64> {
     (points.len() > 1 && variance > 0.0).then(|| covariance / variance)
 }
 
-/// The surface of a mesh with every triangle cut into four at the middles of its edges. Attributes are averaged and no
-/// direction is made unit again, so that they interpolate as before.
+/// The surface of a mesh with every triangle split into four at the middles of its edges. Attributes are averaged and
+/// directions are not normalised, so that they interpolate as before.
 pub fn subdivided(mesh: &Mesh) -> Mesh {
     let mut fine = Mesh { indices: Vec::with_capacity(4 * mesh.indices.len()), deform: None, ..mesh.clone() };
     let mut middles = HashMap::new();
@@ -218,7 +222,7 @@ mod tests {
         let fit = |f: fn(f64) -> f64| exponent(&x, &x.map(f)).unwrap();
         assert!((fit(|x| 0.3 * x.powf(2.5)) - 2.5).abs() < 1e-12);
         assert!(fit(|_| 7.0).abs() < 1e-12);
-        // By hand: ln y = 0, ln 2, 0 at −1, 0, 1 (in ln 2): the slope is 0.
+        // By hand: ln y = 0, ln 2, 0 at −1, 0, 1 (in units of ln 2), so the slope is 0.
         assert!(exponent(&[1.0, 2.0, 4.0], &[1.0, 2.0, 1.0]).unwrap().abs() < 1e-12);
         assert_eq!(exponent(&[2.0], &[3.0]), None);
         assert_eq!(exponent(&[2.0, 2.0], &[3.0, 4.0]), None, "one value twice has no slope");
@@ -228,7 +232,7 @@ mod tests {
     fn a_subdivided_mesh_is_the_same_surface() {
         let (a, b, c, d) = (Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(1.0, 1.0, 0.5));
         let mut mesh = Mesh::triangles("two", 0, &[[a, b, c], [b, d, c]]);
-        // As an indexed mesh has it: the triangles share an edge.
+        // As in an indexed mesh, the triangles share an edge.
         mesh.indices = vec![0, 1, 2, 1, 4, 2];
         let area = |mesh: &Mesh| -> f32 {
             let corner = |i: u32| mesh.positions[i as usize];
@@ -240,7 +244,7 @@ mod tests {
         let fine = subdivided(&mesh);
         assert_eq!(fine.indices.len(), 4 * mesh.indices.len());
         assert_eq!(fine.positions.len(), mesh.positions.len() + 5, "a shared edge has one middle");
-        // Halves are exact in binary, square roots are not: rounding of f32.
+        // Halves are exact in binary, and square roots are rounded to f32.
         assert!((area(&fine) - area(&mesh)).abs() < 1e-6);
         for t in fine.indices.chunks_exact(3) {
             let normal = |i: u32| fine.normals[i as usize];

@@ -1,5 +1,5 @@
-//! Costs of a frame: time of each pass per unit of its work, bytes read in an instrumented frame compared with the
-//! device's copy rate, what the driver made of the shaders, and how times grow. `twobounce profile` shows them.
+//! Costs of a frame: the time of each pass per unit of its work, bytes read in an instrumented frame compared with the
+//! device's copy rate, statistics of the driver's programs, and the growth of times. `twobounce profile` shows them.
 
 pub mod audit;
 pub mod copy;
@@ -20,15 +20,15 @@ use crate::settings::Settings;
 use crate::vk::Context;
 use counts::Counts;
 
-/// A frame that is rendered many times, from scratch each time.
+/// A frame that is rendered many times, each time from scratch.
 #[derive(Clone)]
-pub struct Subject<'a> {
+pub struct RepeatedFrame<'a> {
     pub scene: &'a Scene,
     pub pose: &'a Pose,
     pub view: &'a View,
     pub settings: Settings,
     pub options: RenderOptions,
-    /// Asked before every frame; an error ends the run.
+    /// A function that is called before every frame; its error ends the run.
     pub check: fn() -> Result<()>,
 }
 
@@ -36,16 +36,16 @@ pub struct Subject<'a> {
 pub struct Run {
     pub timings: Timings,
     pub plan: MemoryPlan,
-    /// Bytes taken from the driver after the last frame.
+    /// Bytes allocated from the driver after the last frame.
     pub allocated_bytes: u64,
 }
 
-/// Frames rendered before the times count: the first compiles most shaders and grows buffers, the second compiles what
-/// empties the cells of the frame before.
+/// The number of warm-up frames: the first one compiles most shaders and grows buffers, and the second one compiles the
+/// passes that empty cells of the previous frame.
 pub const WARM_UP: u32 = 2;
 
-impl Subject<'_> {
-    /// Renders `frames` frames that count.
+impl RepeatedFrame<'_> {
+    /// Renders `frames` timed frames.
     pub fn run(&self, context: &Arc<Context>, frames: u32) -> Result<Run> {
         let mut renderer = self.renderer(context)?;
         let frames = frames as usize;
@@ -67,7 +67,7 @@ impl Subject<'_> {
                 None => counted.push((zone.name, zone.counts)),
             }
         }
-        Ok(counted.into_iter().map(|(name, counts)| (name, Counts::of(&counts))).collect())
+        Ok(counted.into_iter().map(|(name, counts)| (name, Counts::of_counters(&counts))).collect())
     }
 
     fn renderer(&self, context: &Arc<Context>) -> Result<Renderer> {

@@ -1,18 +1,18 @@
-//! The growth as a small picture: one panel per axis, both axes logarithmic, one line per pass.
+//! A small plot of growth: one panel per axis, both axes logarithmic, one line per pass.
 
 use std::collections::BTreeSet;
 
-use super::growth::{Growth, words};
+use super::growth::{Growth, exponent_in_words};
 use crate::output::svg::{COLORS_ON_WHITE, LogAxis, escape};
 
 const WIDTH: f64 = 330.0;
 const HEIGHT: f64 = 240.0;
 const LEFT: f64 = 52.0;
 const TOP: f64 = 34.0;
-/// Of one row of the legend.
+/// Height of a row of the legend.
 const ROW: f64 = 15.0;
 
-/// An SVG picture. Passes below a hundredth of the frame are left out: their times are noise.
+/// An SVG picture. Passes below a hundredth of the frame are left out, because their times are noise.
 pub fn svg(title: &str, growth: &[Growth]) -> String {
     let names: Vec<&str> = shown(growth);
     let panel = WIDTH + 24.0;
@@ -29,7 +29,7 @@ pub fn svg(title: &str, growth: &[Growth]) -> String {
     svg + "</svg>\n"
 }
 
-/// Passes that reach a hundredth of some run.
+/// Passes that reach a hundredth of the frame in some run.
 fn shown(growth: &[Growth]) -> Vec<&'static str> {
     let mut names = Vec::new();
     for Growth { passes, values, .. } in growth {
@@ -74,13 +74,15 @@ fn panel_svg(axis: &Growth, names: &[&'static str]) -> String {
         }
         let at = bottom + 36.0 + ROW * row as f64;
         add(format!("<path d=\"M{LEFT} {}h16\" stroke=\"{color}\" stroke-width=\"3\"/>", at - 4.0));
-        let power = pass.exponent.map_or_else(String::new, |_| format!(" ~ {} ^ {}", axis.axis, words(pass.exponent)));
+        let power = pass
+            .exponent
+            .map_or_else(String::new, |_| format!(" ~ {} ^ {}", axis.axis, exponent_in_words(pass.exponent)));
         add(format!("<text x=\"{}\" y=\"{at}\">{}{power}</text>", LEFT + 22.0, escape(pass.name)));
     }
     svg
 }
 
-/// `12`, `36.9k`, `1.2M`.
+/// A short number such as `12`, `36.9k`, `1.2M`.
 fn short(value: f64) -> String {
     let (scale, unit) = match value {
         ..1e4 => (1.0, ""),
@@ -102,7 +104,7 @@ mod tests {
         let axis =
             Growth { axis: "voxels", values: vec![16.0, 64.0], occupied_voxels: vec![1, 2], passes, left_out: vec![] };
         let svg = svg("a < b", &[axis]);
-        // The smallest value at the lower left, the largest at the upper right; what is too small is left out.
+        // The smallest value is at the lower left, the largest at the upper right; too small values are left out.
         assert!(svg.contains("<polyline points=\"52.0,240.0 318.0,20.0\""), "{svg}");
         assert!(svg.contains("shade ~ voxels ^ 2.00") && !svg.contains("dust") && svg.contains("a &lt; b"), "{svg}");
     }

@@ -1,5 +1,5 @@
 //! The BSDF of glTF 2.0 (appendix B, with KHR_materials_specular, _ior, _transmission, _volume, _anisotropy,
-//! _iridescence and _diffuse_transmission): evaluation, sampling, density. [`super::layers`] adds what lies over it.
+//! _iridescence and _diffuse_transmission): evaluation, sampling, density. [`super::layers`] adds coat and sheen.
 //!
 //! Four lobes: diffuse ρ/π, GGX reflection, GGX transmission (unrefracted through thin walls, refracted at volumes),
 //! diffuse to the far side. Below [`SMOOTH`] the GGX lobes are mirrors. Smooth thin transmission is not a lobe: paths
@@ -61,7 +61,7 @@ pub struct Bsdf {
     pub geometric: Vec3,
     /// Towards the viewer, local; z > 0.
     wo: Vec3,
-    /// Its x axis is the first column's.
+    /// α of the GGX lobes; its x axis is the first column of `frame`.
     alpha: Ggx,
     /// Whether the GGX lobes are mirrors.
     smooth: bool,
@@ -78,7 +78,7 @@ pub struct Bsdf {
     eta: f32,
     /// Sampling probabilities of diffuse, reflection, transmission, diffuse transmission.
     choose: [f32; 4],
-    /// Apart, because most surfaces have none.
+    /// Coat and sheen, boxed because most surfaces have none.
     layers: Option<Box<Layers>>,
 }
 
@@ -87,12 +87,12 @@ pub struct Bsdf {
 #[derive(Clone, Copy, Debug)]
 pub struct Viewing {
     pub normal: Vec3,
-    /// Of the clearcoat.
+    /// The normal of the clearcoat.
     pub coat_normal: Vec3,
     pub geometric: Vec3,
-    /// Along the larger roughness of an anisotropic surface.
+    /// The direction of the larger roughness of an anisotropic surface.
     pub grain: Vec3,
-    /// Towards the viewer.
+    /// The direction to the viewer.
     pub wo: Vec3,
     /// Whether the viewer is inside the volume that the surface bounds.
     pub inside: bool,
@@ -274,7 +274,7 @@ impl Bsdf {
             self.eval_thin(wi)
         };
         if self.choose[3] > 0.0 {
-            // Fresnel's share is that of the light's mirror image: the specification names none.
+            // The Fresnel share is that of the light's mirror image, because the specification does not define one.
             let wi = wi.with_z(-wi.z);
             let h = (self.wo + wi).normalize();
             let cosine = FRAC_1_PI * wi.z;

@@ -92,14 +92,14 @@ fn cases() -> Vec<(String, Bsdf)> {
 
 const BINS: usize = 4;
 
-/// Of a unit direction: by height and by turn.
+/// The bin of a unit direction, by height and azimuth.
 fn bin(d: Vec3) -> usize {
     let z = ((d.z * 0.5 + 0.5) * BINS as f32).min(BINS as f32 - 1.0) as usize;
     let turn = ((d.y.atan2(d.x) / TAU + 0.5) * BINS as f32).min(BINS as f32 - 1.0) as usize;
     z * BINS + turn
 }
 
-/// f and density summed over a fine grid of the sphere: in all, and the density per bin.
+/// f and density, integrated over a fine grid of the sphere: the totals, and the density per bin.
 fn integrals(bsdf: &Bsdf) -> (Vec3, [f32; BINS * BINS]) {
     const N: usize = 1024;
     let (mut sum, mut bins) = (glam::DVec3::ZERO, [0.0f64; BINS * BINS]);
@@ -118,7 +118,7 @@ fn integrals(bsdf: &Bsdf) -> (Vec3, [f32; BINS * BINS]) {
     (sum.as_vec3(), bins.map(|x| x as f32))
 }
 
-/// Samples fall where the density says, and their weights' mean is the integral of f · cos.
+/// Samples are distributed by the density, and the mean of their weights is the integral of f · cos.
 #[test]
 fn sampling_and_evaluation_agree() {
     const SAMPLES: u32 = 1 << 17;
@@ -130,7 +130,7 @@ fn sampling_and_evaluation_agree() {
             if let Some(scatter) = bsdf.sample(lobe, [u, v]) {
                 assert!(!scatter.mirror, "{name}");
                 let (f, density) = bsdf.eval(scatter.direction);
-                // The direction is rounded on its way into the world and back.
+                // The direction is rounded by the transforms to the world and back.
                 assert!((scatter.density / density - 1.0).abs() < 1e-3, "{name}: {} {density}", scatter.density);
                 assert!((scatter.weight * density - f).abs().max_element() <= 1e-3 * f.max_element(), "{name}");
                 sum += scatter.weight.as_dvec3() / SAMPLES as f64;
@@ -138,7 +138,7 @@ fn sampling_and_evaluation_agree() {
             }
         }
         let sum = sum.as_vec3();
-        // Noise of stratified samples, and the grid over lobes 10° wide.
+        // The tolerance covers noise of stratified samples, and the grid's resolution of lobes 10° wide.
         assert!((sum / expected - 1.0).abs().max_element() < 0.01, "{name}: {sum}, expected {expected}");
         for (at, (share, density)) in share.iter().zip(density).enumerate() {
             assert!((share - density).abs() < 0.005, "{name}, bin {at}: {share}, density {density}");

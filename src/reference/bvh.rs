@@ -1,13 +1,13 @@
 //! The bounding volume hierarchy: an eight-wide tree, collapsed from obvhs' binary tree, with packets of eight
 //! triangles as leaves. Built here, traversed in `src/reference/traversal.rs`.
 //!
-//! Measured on an atrium of 235,248 triangles: the processor time of each step for the same image, relative to the step
-//! before. This tree instead of obvhs' compressed eight-wide tree: 0.82. Connection rays eight at a time: 0.9 to 1.
-//! Textures in blocks, textures and tree on huge pages: 0.86. Smaller records of connections: 0.96. Prefetching
-//! children and textures: 0.92. Small functions marked for inlining across codegen units: 0.95. Two of glam's vectors
-//! instead of one AVX register, and no tests of empty lanes: 1.01 (0.97 in the gallery). No effect beyond the noise of
-//! 4 %: packets of four triangles, larger or smaller leaves. Automatic vectorisation of eight lanes was no faster than
-//! single rays. The image has the same bits in all.
+//! Effect of each step on the processor time for one image of an atrium of 235,248 triangles, relative to the previous
+//! step: this tree instead of obvhs' compressed eight-wide tree 0.82; connection rays eight at a time 0.9 to 1;
+//! textures in blocks, textures and tree on huge pages 0.86; smaller records of connections 0.96; prefetching children
+//! and textures 0.92; inlining of small functions across codegen units 0.95; two of glam's vectors instead of one AVX
+//! register, and no tests of empty lanes 1.01 (0.97 in the gallery). Packets of four triangles and other leaf sizes had
+//! no effect beyond the noise of 4 %. Automatic vectorisation of eight lanes was no faster than single rays. The image
+//! has the same bits in all cases.
 
 use glam::Vec3;
 use obvhs::BvhBuildParams;
@@ -19,12 +19,12 @@ use super::lanes::Lanes;
 use super::memory;
 use crate::scene::ties::break_ties;
 
-/// Lanes: children per node, triangles per packet, rays per bundle.
+/// The number of lanes: children per node, triangles per packet, rays per bundle.
 pub const WIDTH: usize = 8;
 
 /// A node with up to eight children.
 #[derive(Clone, Copy)]
-pub struct Node {
+pub struct WideNode {
     /// Minimum x y z, then maximum x y z of each child's box. For an empty lane minimum > maximum: no ray hits it.
     pub planes: [Lanes; 6],
     /// The index of a node, or [`LEAF`] | the index of a packet; [`NONE`] in the empty lanes, which come last.
@@ -46,7 +46,7 @@ pub struct Packet {
 /// A bounding volume hierarchy over triangles.
 pub struct Bvh {
     /// The first is the root.
-    pub nodes: Vec<Node>,
+    pub nodes: Vec<WideNode>,
     pub packets: Vec<Packet>,
 }
 
@@ -71,7 +71,7 @@ impl Bvh {
 struct Collapse<'a> {
     triangles: &'a [[Vec3; 3]],
     binary: Bvh2,
-    nodes: Vec<Node>,
+    nodes: Vec<WideNode>,
     packets: Vec<Packet>,
 }
 
@@ -96,7 +96,7 @@ impl Collapse<'_> {
         };
         // The node comes before its children.
         let at = self.nodes.len();
-        self.nodes.push(Node { planes: std::array::from_fn(plane), children: [NONE; WIDTH] });
+        self.nodes.push(WideNode { planes: std::array::from_fn(plane), children: [NONE; WIDTH] });
         for (lane, child) in children.into_iter().enumerate() {
             let node = &self.binary.nodes[child];
             self.nodes[at].children[lane] = if node.is_leaf() {

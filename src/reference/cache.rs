@@ -18,28 +18,28 @@ use crate::scene::{Pose, Still};
 /// The first bytes of a film's file; the last one is the version of the format.
 const MAGIC: [u8; 8] = *b"2bfilm\0\x03";
 
-/// A crash loses at most this much work.
+/// The interval of saving. A crash loses at most this much work.
 const SAVE_EVERY: Duration = Duration::from_secs(30);
 
-/// Bytes of films that are kept: beyond these, those go that were not used for longest.
+/// Maximum bytes of kept films. Least recently used films are deleted first.
 const MOST_BYTES: u64 = 4 << 30;
-/// Samples per pixel of a film that is believed: counts beyond do not fit their type, and take years.
+/// The maximum samples per pixel of a valid film: larger counts exceed their type and would take years.
 const MOST_SAMPLES: u32 = 1 << 30;
 
-/// A folder of films, or nowhere to keep any.
+/// A folder of films, or no folder.
 #[derive(Clone, Debug)]
 pub struct Cache {
     folder: Option<PathBuf>,
 }
 
 impl Cache {
-    /// The folder `TWOBOUNCE_CACHE`, else the user's, as [`folders::cache`] says.
+    /// The folder of the user: `TWOBOUNCE_CACHE`, else that of [`folders::cache`].
     pub fn of_user() -> Self {
         let chosen = std::env::var_os("TWOBOUNCE_CACHE").filter(|value| !value.is_empty()).map(PathBuf::from);
         Self { folder: chosen.or_else(folders::cache) }
     }
 
-    /// Keeps nothing.
+    /// A cache that keeps nothing.
     pub fn none() -> Self {
         Self { folder: None }
     }
@@ -48,12 +48,12 @@ impl Cache {
         Self { folder: Some(folder.into()) }
     }
 
-    /// Where films are kept; `None`: nowhere.
+    /// The folder of films; `None` if nothing is kept.
     pub fn folder(&self) -> Option<&Path> {
         self.folder.as_deref().filter(|_| self.problem().is_none())
     }
 
-    /// Why films cannot be kept, if they cannot.
+    /// The reason why films cannot be kept, if there is one.
     pub fn problem(&self) -> Option<String> {
         let Some(folder) = &self.folder else { return Some("no folder is known for the cache of references".into()) };
         file::create_folder(folder)
@@ -62,9 +62,9 @@ impl Cache {
             .map(|e| e.to_string())
     }
 
-    /// The finished film for `options`: from the cache, or rendered from the state in the cache on. After `cancel` is
-    /// set, the finished part is saved and the result is [`crate::Error::Interrupted`]. What cannot be saved only costs
-    /// time in the next run.
+    /// The finished film for `options`: from the cache, or rendered starting from the state in the cache. After
+    /// `cancel` is set, the finished part is saved and the result is [`crate::Error::Interrupted`]. A failure to save
+    /// only costs time in the next run.
     pub fn render(
         &self,
         of: Still,
@@ -79,7 +79,7 @@ impl Cache {
             (Some(folder), None) => Some(folder.join(format!("{}{part}.film", key.to_hex()))),
             _ => None,
         };
-        // Another process that makes the same film makes it for this one too. Where locks are not known there is none.
+        // If another process renders the same film, this one waits for it. Without support for file locks it does not.
         let _lock = path.as_ref().and_then(|path| {
             loop {
                 match file::FileLock::take(&path.with_extension("lock")) {
@@ -113,7 +113,8 @@ impl Cache {
     }
 }
 
-/// A hash of everything that determines the samples. [`Options::stop`] is left out: it does not change a sample.
+/// A hash of everything that determines the samples. [`Options::stop`] is left out, because it does not change a
+/// sample.
 pub fn key(Still { scene, pose, view }: Still, options: &Options) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     let mut add = |bytes: &[u8]| {
@@ -126,7 +127,7 @@ pub fn key(Still { scene, pose, view }: Still, options: &Options) -> blake3::Has
     };
     let Options { width, height, seed, occlusion, .. } = options;
     add(format!("twobounce reference {VERSION}: {width}x{height} depth {depth} seed {seed} ao {occlusion}").as_bytes());
-    // Debug prints floats with enough digits to distinguish them. What deforms meshes shows in their vertices.
+    // Debug prints floats with enough digits to distinguish them. Deformations are included by the vertices.
     let Pose { world_from_instance, lights, world_from_camera, .. } = pose;
     let pose_words = format!(
         "Pose {{ world_from_instance: {world_from_instance:?}, lights: {lights:?}, world_from_camera: {world_from_camera:?} }}"
@@ -185,7 +186,7 @@ fn load(path: &Path, key: &blake3::Hash, options: &Options) -> Option<Film> {
     let (film, of) = decode(&std::fs::read(path).ok()?)?;
     let wanted = (key, options.width, options.height as usize, options.stop.first());
     let film = ((&of, film.width, film.rows.len(), film.first) == wanted).then_some(film)?;
-    // Its last use decides how long it is kept.
+    // The time of the last use determines how long the file is kept.
     let _ = File::options().write(true).open(path).and_then(|file| file.set_modified(SystemTime::now()));
     Some(film)
 }
@@ -196,7 +197,7 @@ pub(super) fn decode(bytes: &[u8]) -> Option<(Film, blake3::Hash)> {
     let mut rest = (blake3::hash(content).as_bytes() == hash).then_some(content)?;
     let (magic, key) = (take::<[u8; 8]>(&mut rest)?, take::<[u8; 32]>(&mut rest)?);
     let [width, height, first, history] = take::<[u32; 4]>(&mut rest)?;
-    // Of each row, its counts and its pixels: what the file does not hold is not made room for.
+    // Each row holds its counts and its pixels. Memory is only allocated for data that the file has.
     let row_bytes = 12 + u64::from(width) * size_of::<Pixel>() as u64;
     let needed = 12u64.checked_mul(history.into())?.checked_add(row_bytes.checked_mul(height.into())?)?;
     if magic != MAGIC || needed != rest.len() as u64 || width == 0 || height == 0 {
@@ -212,12 +213,12 @@ pub(super) fn decode(bytes: &[u8]) -> Option<(Film, blake3::Hash)> {
             *pixel = take(&mut rest)?;
         }
     }
-    // Noise is noted of samples that are there, and the rows of a tile are traced together.
+    // Noise is only recorded for existing samples, and the rows of a tile are traced together.
     let last = film.history.last().map_or(0, |(samples, _)| *samples);
     let is_believed = film.started() <= MOST_SAMPLES
         && first <= MOST_SAMPLES
         && last <= film.done()
-        && Tiles::of(first + film.done()).are_even(&film.rows);
+        && Tiles::from_tile(first + film.done()).are_even(&film.rows);
     is_believed.then_some((film, blake3::Hash::from_bytes(key)))
 }
 

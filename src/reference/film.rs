@@ -1,4 +1,4 @@
-//! Sums of samples per pixel, exact: threads, interruptions and the order of parts do not change a bit.
+//! Exact sums of samples per pixel: threads, interruptions and the order of parts do not change a bit.
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -28,7 +28,7 @@ const DIFFUSE: usize = 7;
 
 /// A row of pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Row {
+pub struct PixelRow {
     /// Samples per pixel so far.
     pub done: u32,
     /// Non-finite samples, which count as black.
@@ -40,16 +40,16 @@ pub struct Row {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     pub width: u32,
-    /// Number of the first sample: 0, but for a part that is merged with others.
+    /// The number of the first sample: 0 unless the film is a part for a merge.
     pub first: u32,
-    /// From the top.
-    pub rows: Vec<Row>,
+    /// Rows from the top.
+    pub rows: Vec<PixelRow>,
     /// (samples per pixel, noise) at each count of [`next_check`] that all rows reached.
     pub history: Vec<(u32, f64)>,
 }
 
-/// The next count of samples after `done` at which noise is estimated. From 16 on, counts between 2ⁿ and 2ⁿ⁺¹ are 2ⁿ⁻³
-/// apart.
+/// The next number of samples after `done` at which noise is estimated. From 16 on, there are eight such numbers
+/// between 2ⁿ and 2ⁿ⁺¹.
 pub fn next_check(done: u32) -> u32 {
     const FIRST: u32 = 16;
     if done < FIRST {
@@ -124,7 +124,7 @@ impl Pixel {
 
 impl Film {
     pub fn new(width: u32, height: u32) -> Self {
-        let row = Row { pixels: vec![Pixel::default(); width as usize], ..Row::default() };
+        let row = PixelRow { pixels: vec![Pixel::default(); width as usize], ..PixelRow::default() };
         Self { width, first: 0, rows: vec![row; height as usize], history: Vec::new() }
     }
 
@@ -148,18 +148,19 @@ impl Film {
         self.rows.iter().map(|r| r.done as u64 * self.width as u64).sum()
     }
 
-    /// Adds the samples that follow this film's own, of the same image: the bits are those of all samples in one film.
+    /// Adds the samples that follow this film's own, of the same image. The bits are those of one film with all
+    /// samples.
     pub fn unite(&mut self, next: &Self) {
         for (row, other) in self.rows.iter_mut().zip(&next.rows) {
             row.done += other.done;
             row.rejected += other.rejected;
             row.pixels.iter_mut().zip(&other.pixels).for_each(|(pixel, other)| pixel.unite(other));
         }
-        // Noise in between was not looked at.
+        // Noise in between was not estimated.
         self.history.clear();
     }
 
-    /// Non-finite samples, which count as black.
+    /// The number of non-finite samples, which count as black.
     pub fn rejected(&self) -> u64 {
         self.rows.iter().map(|r| r.rejected).sum()
     }
@@ -220,7 +221,7 @@ mod tests {
             film.rows[0].pixels[0].add(&sample, index, 0.0);
             film.rows[0].done += 1;
         }
-        // The image is 1, the halves 1.2 and 0.8; the floor adds 1 % to the square of the value.
+        // The image is 1, and the halves are 1.2 and 0.8; the floor adds 1 % to the square of the value.
         assert!((film.noise() - 0.2 / 1.01f64.sqrt()).abs() < 1e-6, "{}", film.noise());
     }
 }

@@ -28,7 +28,7 @@ impl Units {
         ((world - self.center) / self.size).as_vec3()
     }
 
-    /// A length or distance.
+    /// A length or distance in units.
     pub fn length(&self, metres: f32) -> f32 {
         (metres as f64 / self.size) as f32
     }
@@ -48,7 +48,7 @@ pub struct MaterialFlags {
 
 /// The origin of a triangle in the scene.
 #[derive(Clone, Copy, Debug)]
-pub struct Source {
+pub struct TriangleSource {
     pub instance: u32,
     /// Index in the instance's mesh.
     pub triangle: u32,
@@ -85,14 +85,14 @@ pub struct Geometry<'a> {
     pub units: Units,
     /// Counter-clockwise seen from the front.
     pub triangles: Vec<[Vec3; 3]>,
-    pub sources: Vec<Source>,
-    /// The scene's, or others in their places: see [`Self::show`].
+    pub sources: Vec<TriangleSource>,
+    /// The scene's materials, or replacements of them: see [`Self::show`].
     pub materials: &'a [Material],
-    /// Per material.
+    /// Flags of each material.
     pub flags: Vec<MaterialFlags>,
-    /// Per instance.
+    /// Frames of each instance.
     frames: Vec<WorldFrame>,
-    /// As the pose deforms them.
+    /// Meshes as the pose deforms them.
     meshes: Vec<Cow<'a, Mesh>>,
 }
 
@@ -122,10 +122,10 @@ impl<'a> Geometry<'a> {
         geometry
     }
 
-    /// Shows these materials in the places of the scene's.
+    /// Replaces the scene's materials by these.
     pub fn show(&mut self, materials: &'a [Material]) {
         self.materials = materials;
-        self.flags = materials.iter().map(MaterialFlags::of).collect();
+        self.flags = materials.iter().map(MaterialFlags::of_material).collect();
     }
 
     #[inline]
@@ -174,7 +174,7 @@ impl<'a> Geometry<'a> {
 }
 
 impl MaterialFlags {
-    fn of(m: &Material) -> Self {
+    fn of_material(m: &Material) -> Self {
         let diffuses = m.finish.as_ref().is_some_and(|f| f.diffuse_transmission.factor > 0.0);
         let volume = (m.transmission > 0.0 || diffuses) && m.thickness > 0.0;
         Self {
@@ -193,7 +193,7 @@ fn corners(mesh: &Mesh, triangle: u32, mirrored: bool) -> [usize; 3] {
     if mirrored { [a, c, b] } else { [a, b, c] }
 }
 
-fn world_triangles(scene: &Scene, pose: &Pose, meshes: &[Cow<Mesh>]) -> Vec<(Source, [DVec3; 3])> {
+fn world_triangles(scene: &Scene, pose: &Pose, meshes: &[Cow<Mesh>]) -> Vec<(TriangleSource, [DVec3; 3])> {
     let mut triangles = Vec::new();
     for (i, instance) in scene.instances.iter().enumerate() {
         let (mesh, world) = (&*meshes[instance.mesh], pose.world_from_instance[i]);
@@ -201,7 +201,10 @@ fn world_triangles(scene: &Scene, pose: &Pose, meshes: &[Cow<Mesh>]) -> Vec<(Sou
         for t in 0..mesh.indices.len() as u32 / 3 {
             let corners = corners(mesh, t, mirrored).map(|c| world.transform_point3(mesh.positions[c].as_dvec3()));
             if corners.iter().all(|c| c.is_finite()) {
-                triangles.push((Source { instance: i as u32, triangle: t, material: mesh.material as u32 }, corners));
+                triangles.push((
+                    TriangleSource { instance: i as u32, triangle: t, material: mesh.material as u32 },
+                    corners,
+                ));
             }
         }
     }

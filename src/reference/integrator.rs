@@ -22,8 +22,8 @@ use crate::scene::{Material, Pose, Scene};
 pub const PIXEL_AND_LIGHT: u32 = 0;
 const OCCLUSION: u32 = u32::MAX;
 
-/// Russian roulette starts after this many vertices. After `ROULETTE_ALWAYS` vertices it also ends paths of
-/// undiminished throughput, because total reflection in clear glass could continue for ever.
+/// Russian roulette starts after this number of vertices. After `ROULETTE_ALWAYS` vertices it also ends paths of
+/// undiminished throughput, because total reflection in clear glass could continue forever.
 const ROULETTE_START: u32 = 1;
 const ROULETTE_ALWAYS: u32 = 64;
 
@@ -85,7 +85,7 @@ pub(super) struct Path {
     pub density: Option<f32>,
     /// Product of [`bsdf::Scatter::compression`].
     pub compression: f32,
-    /// The only channel that is left of the throughput, once a surface has dispersed the light.
+    /// The remaining channel of the throughput, once a surface has dispersed the light.
     pub channel: Option<usize>,
     pub sample: Sample,
 }
@@ -111,7 +111,7 @@ impl<'a> Integrator<'a> {
         &self.materials.geometry
     }
 
-    /// Shows these materials in the places of the scene's, which emit as much: its lights stay.
+    /// Replaces the scene's materials by these, which emit the same light: the lights stay.
     pub fn show(&mut self, materials: &'a [Material]) {
         self.materials.geometry.show(materials);
     }
@@ -158,7 +158,7 @@ impl<'a> Integrator<'a> {
     /// scene, it adds the sky's radiance and returns `None`.
     pub(super) fn advance(&self, path: &mut Path, sampler: &mut Sampler) -> Option<Vertex> {
         let (mut travelled, mut clear) = (0.0, true);
-        // The share of the sample that shows surfaces further along the ray, for `Sample::diffuse`.
+        // The share of the sample that shows surfaces farther along the ray, for `Sample::diffuse`.
         let mut remaining = if path.scattered == 0 { 1.0 } else { 0.0 };
         loop {
             let Some(hit) = self.hit(&path.ray, path.scattered == 0) else {
@@ -200,7 +200,7 @@ impl<'a> Integrator<'a> {
         }
     }
 
-    /// At a surface that refracts colours by different angles, goes on with one of them.
+    /// At a surface that refracts colours by different angles, continues with one of them.
     fn disperse(&self, path: &mut Path, vertex: &mut Vertex, sampler: &mut Sampler) {
         let dispersion = vertex.surface.params.finish.map_or(0.0, |finish| finish.dispersion);
         if dispersion == 0.0 || !self.geometry().flags[vertex.point.material].volume {
@@ -389,7 +389,7 @@ impl Path {
 }
 
 impl Surface {
-    /// As `wo` sees it, from the back if `inside`; `geometric` is on that side.
+    /// The vertex as `wo` sees it, from the back if `inside`; `geometric` is on that side.
     #[inline]
     fn viewed(&self, geometric: Vec3, wo: Vec3, inside: bool) -> Viewing {
         let side = if inside { -1.0 } else { 1.0 };

@@ -1,4 +1,4 @@
-//! Whether what a scene emits is enough to see it by.
+//! Decides whether a scene's own emission lights it well enough.
 
 use std::sync::atomic::AtomicBool;
 
@@ -12,18 +12,19 @@ use crate::layers::{Aov, Layers};
 use crate::output::display::{Display, MOST_BLACK, ToneMap, black_share, luminance, percentile_95};
 use crate::scene::{Pose, Scene, Still, View};
 
-/// An image of so few pixels and samples tells a lamp from a label that glows.
+/// The number of pixels and samples, which suffices to distinguish a lamp from a glowing label.
 const OPTIONS: Options =
     Options { width: 48, height: 27, depth: Depth::Bounces(1), stop: Stop::Samples(4), seed: 0, occlusion: false };
-/// Of the brightest emission: what a white wall one lamp's width away from a lamp reflects is a few tenths, the walls
-/// of a room with one small lamp some thousandths. Below this, nine stops, either the lamp is white or all else black.
+/// A share of the brightest emission. A white wall at a distance of one lamp's width reflects a few tenths of it, and
+/// the walls of a room with one small lamp some thousandths. Below this, nine stops, no exposure can show both the lamp
+/// and its surroundings.
 const LEAST: f32 = 1.0 / 512.0;
 
 /// Whether the scene's own emission lights the surfaces that `view` sees, so that one exposure can show both.
 pub fn lights_itself(scene: &Scene, pose: &Pose, view: &View) -> Result<bool> {
     let brightest = scene.instances.iter().map(|i| scene.materials[scene.meshes[i.mesh].material].emissive);
     let brightest = brightest.map(|emissive| luminance(emissive.into())).fold(0.0, f32::max);
-    // Black surfaces show emission alone.
+    // Black surfaces show only emission.
     let mut black = scene.materials.clone();
     for material in &mut black {
         material.base_color = Vec4::new(0.0, 0.0, 0.0, material.base_color.w);
@@ -37,20 +38,20 @@ pub fn lights_itself(scene: &Scene, pose: &Pose, view: &View) -> Result<bool> {
     let is_surface = |pixel: &usize| lit.get(Aov::Normal).is_some_and(|normals| normals[*pixel] != [0.0; 3]);
     let surfaces: Vec<usize> = (0..lit.beauty().len()).filter(is_surface).collect();
     if surfaces.is_empty() {
-        return Ok(true); // nothing to light
+        return Ok(true); // nothing is lit
     }
     let seen: Vec<&[f32; 3]> = surfaces.iter().map(|&pixel| &lit.beauty()[pixel]).collect();
-    // Neither the sky nor any other light is there, so that all other pixels are black and do not count.
+    // Neither the sky nor another light exists, so all other pixels are black and do not count.
     if black_share(&seen, Display::automatic(ToneMap::default(), lit.beauty())) > MOST_BLACK {
         return Ok(false);
     }
     let reflected = |&pixel: &usize| luminance(lit.beauty()[pixel]) - luminance(emitted.beauty()[pixel]);
-    // Of the pixels that show a surface: what automatic exposure makes bright.
+    // Only pixels with a surface count: automatic exposure makes them bright.
     let bright = percentile_95(surfaces.iter().map(reflected).collect());
     Ok(bright >= LEAST * brightest)
 }
 
-/// Radiance and normals.
+/// Renders radiance and normals.
 fn image(integrator: &Integrator, view: &View) -> Result<Layers> {
     let (mut film, never) = (Film::new(OPTIONS.width, OPTIONS.height), AtomicBool::new(false));
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
@@ -64,7 +65,7 @@ mod tests {
     use crate::scene::{Material, Mesh};
     use glam::{DAffine3, DVec3};
 
-    /// A wall 2 m wide, seen from 2 m before it, and a lamp of 12 cm at `corner` with its edges `u` and `v`.
+    /// A wall 2 m wide, seen from 2 m in front of it, and a lamp of 12 cm at `corner` with its edges `u` and `v`.
     fn wall_with_lamp(corner: Vec3, u: Vec3, v: Vec3) -> bool {
         let mut scene = Scene::empty("wall");
         let grey = scene.add_material(Material::lambert("grey", Vec3::splat(0.5)));
@@ -80,7 +81,7 @@ mod tests {
     fn a_lamp_lights_a_scene_if_little_of_it_stays_black() {
         assert!(wall_with_lamp(Vec3::new(0.0, 0.0, 0.5), Vec3::Y, Vec3::X), "a lamp before the wall, which faces it");
         assert!(!wall_with_lamp(Vec3::new(0.0, 0.0, 0.5), Vec3::X, Vec3::Y), "a lamp that faces the camera");
-        // Its light reaches a fifth of the wall, more than the 95th percentile needs.
+        // The lamp's light reaches a fifth of the wall, more than the 95th percentile needs.
         assert!(
             !wall_with_lamp(Vec3::new(-0.6, 0.0, 0.01), Vec3::Z, Vec3::Y),
             "a lamp across the wall, which faces left"

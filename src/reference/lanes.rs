@@ -1,4 +1,4 @@
-//! Arithmetic on eight numbers at a time, as two of glam's vectors, which lie in registers.
+//! Arithmetic on eight numbers at a time, as two of glam's vectors, which fit registers.
 
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -28,13 +28,13 @@ impl Lanes {
         bytemuck::cast_ref::<_, [f32; 8]>(&self.0)[lane]
     }
 
-    /// `other` where one of the two is NaN, as x86's instruction does.
+    /// The lane of `other` if one of the two is NaN, like x86's instruction.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
         self.zip(other, |a, b| if cfg!(target_arch = "x86_64") { a.min(b) } else { Vec4::select(a.cmplt(b), a, b) })
     }
 
-    /// `other` where one of the two is NaN, as x86's instruction does.
+    /// The lane of `other` if one of the two is NaN, like x86's instruction.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
         self.zip(other, |a, b| if cfg!(target_arch = "x86_64") { a.max(b) } else { Vec4::select(a.cmpgt(b), a, b) })

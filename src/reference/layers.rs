@@ -1,7 +1,7 @@
-//! Layers over a base: sheen, and over both a clearcoat (KHR_materials_sheen, KHR_materials_clearcoat).
+//! Layers over a base: sheen, and a clearcoat over both (KHR_materials_sheen, KHR_materials_clearcoat).
 //!
-//! The coat takes its share by Fresnel at the viewer's angle, as its specification says; the sheen takes from the base
-//! what it reflects from light all around, at the viewer's or the light's angle, whichever is more.
+//! The coat takes its share by Fresnel at the viewer's angle, as its specification says. The sheen takes from the base
+//! the share that it reflects of uniform light, at the viewer's or the light's angle, whichever is larger.
 
 use glam::{Mat3, Vec3};
 use std::f32::consts::FRAC_1_PI;
@@ -27,11 +27,11 @@ pub struct Layers {
     coat: Ggx,
     /// Share of light that the coat reflects.
     coat_share: f32,
-    /// Colour of the sheen's lobe, and the largest channel of the colour that the material states.
+    /// The colour of the sheen's lobe, and the largest channel of the material's sheen colour.
     sheen: Vec3,
     sheen_max: f32,
     sheen_roughness: f32,
-    /// Of a white sheen's lobe, towards the viewer.
+    /// The albedo of a white sheen's lobe towards the viewer.
     viewer_albedo: f32,
     /// Sampling probabilities of coat and sheen; the base has the rest.
     choose: [f32; 2],
@@ -42,13 +42,13 @@ fn coat_share(finish: &FinishParams, cos: f32) -> f32 {
     finish.clearcoat * (COAT_F0 + (1.0 - COAT_F0) * schlick(cos))
 }
 
-/// Share of the light from below a clearcoat that passes it.
+/// The share of light from below a clearcoat that passes it.
 pub fn coat_leaves(finish: &FinishParams, normal: Vec3, to_viewer: Vec3) -> f32 {
     1.0 - coat_share(finish, normal.dot(to_viewer).abs())
 }
 
 impl Layers {
-    /// `None` without either. `base` is the largest share of light that the base reflects.
+    /// The layers; `None` without coat and sheen. `base` is the largest share of light that the base reflects.
     #[cold]
     pub fn new(finish: &FinishParams, viewing: &Viewing, base: f32) -> Option<Self> {
         if finish.clearcoat == 0.0 && finish.sheen_color == Vec3::ZERO {
@@ -63,7 +63,7 @@ impl Layers {
         let viewer_albedo = sheen::albedo(finish.sheen_roughness, wo.z);
         let coat_share = coat_share(finish, coat_wo.z.min(1.0));
         let sheen_max = finish.sheen_color.max_element();
-        // Each at least a little where it is there at all: its lobe may be bright where another's is not sampled.
+        // Every existing layer has a minimum probability: its lobe may be bright where no other lobe is sampled.
         let sheen_weight = if sheen_max > 0.0 { (sheen_max * viewer_albedo.min(1.0)).max(0.05) } else { 0.0 };
         let base_weight = if base > 0.0 { base.max(0.05) } else { 0.0 };
         let total = coat_share + (1.0 - coat_share) * (base_weight + sheen_weight);
@@ -78,7 +78,7 @@ impl Layers {
             coat_wo,
             coat: Ggx::isotropic(finish.clearcoat_roughness * finish.clearcoat_roughness),
             coat_share,
-            // Below a roughness of 0.25 the lobe alone would reflect more than there is, near grazing.
+            // Below a roughness of 0.25 the lobe would reflect more light than it receives near grazing.
             sheen: finish.sheen_color / viewer_albedo.max(1.0),
             sheen_max,
             sheen_roughness: finish.sheen_roughness,
@@ -87,7 +87,7 @@ impl Layers {
         })
     }
 
-    /// Share of the base's light from one direction that passes the layers.
+    /// The share of the base's light in one direction that passes the layers.
     fn leave(&self, cos: f32) -> f32 {
         let taken = if self.sheen_max > 0.0 {
             self.sheen_max * self.viewer_albedo.max(sheen::albedo(self.sheen_roughness, cos)).min(1.0)
@@ -97,12 +97,12 @@ impl Layers {
         (1.0 - taken) * (1.0 - self.coat_share)
     }
 
-    /// Share of light that passes straight through the base which the layers let pass.
+    /// The share of light straight through the base that passes the layers.
     pub fn leave_straight(&self) -> f32 {
         self.leave(self.wo.z)
     }
 
-    /// f · |cos| and the density of the whole, from those of the base.
+    /// f · |cos| and the density of base and layers, from those of the base.
     #[cold]
     pub fn eval(&self, wi: Vec3, base: Vec3, base_density: f32) -> (Vec3, f32) {
         let [coat, sheen] = self.choose;
@@ -127,7 +127,7 @@ impl Layers {
         (f, density)
     }
 
-    /// Chooses a layer by `lobe`: the coat's or the sheen's direction, or the base with that number scaled up again.
+    /// Chooses a layer by `lobe`: a direction of the coat or the sheen, or the base with the rescaled number.
     #[cold]
     pub fn sample(&self, lobe: f32, u: [f32; 2]) -> Choice {
         let [coat, sheen] = self.choose;

@@ -58,7 +58,7 @@ impl Lights {
         Self { punctual, emitters: Emitters::new(materials), sky: Sky::new(scene) }
     }
 
-    /// Whether scattered rays can hit any light.
+    /// Whether scattered rays can hit any of the lights.
     pub fn can_be_hit(&self) -> bool {
         !self.emitters.triangles.is_empty() || self.sky.shines()
     }
@@ -123,7 +123,7 @@ impl Lights {
     }
 }
 
-/// Shadow rays end before an emitter's surface by this share of their length.
+/// The share of its length by which a shadow ray ends before an emitter's surface.
 const SHORT: f32 = 1e-5;
 
 impl PunctualLight {
@@ -158,8 +158,8 @@ impl PunctualLight {
         self.intensity * (falloff * range_window(distance, self.range) / distance2)
     }
 
-    /// Samples the light as seen from `p`. With a radius it is an even ball (a distant one an even disc) of the same
-    /// irradiance.
+    /// Samples the light as seen from `p`. With a radius it is a ball of constant radiance (or a disc at infinity) with
+    /// the same irradiance.
     fn sample(&self, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
         let irradiance = self.irradiance(p);
         if irradiance == Vec3::ZERO {

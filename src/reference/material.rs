@@ -15,16 +15,16 @@ pub struct Surface {
     pub params: SurfaceParams,
     /// The shading normal on the front, unit: with the normal map.
     pub normal: Vec3,
-    /// The clearcoat's; the other one without its normal map.
+    /// The clearcoat's normal, which equals the shading normal without its own normal map.
     pub coat_normal: Vec3,
-    /// Along the larger roughness of an anisotropic surface, in the triangle's tangent plane.
+    /// The direction of the larger roughness of an anisotropic surface, in the triangle's tangent plane.
     pub grain: Vec3,
-    /// Radiance towards the side of the ray, before the clearcoat takes its share.
+    /// Radiance towards the side of the ray, before the clearcoat reduces it.
     pub emission: Vec3,
 }
 
 impl Surface {
-    /// Share of emission towards a viewer that passes the clearcoat.
+    /// The share of emission towards a viewer that passes the clearcoat.
     pub fn coat_leaves(&self, to_viewer: Vec3) -> f32 {
         self.params.finish.as_ref().map_or(1.0, |finish| coat_leaves(finish, self.coat_normal, to_viewer))
     }
@@ -89,8 +89,8 @@ impl<'a> Materials<'a> {
         m.emissive * texel.truncate() * m.opacity(self.scene(), &self.textures, &texturing)
     }
 
-    /// Estimated mean over a triangle of the largest channel of its emission, of both sides, by which light sampling
-    /// chooses.
+    /// The estimated mean over a triangle of the largest channel of its emission, for both sides, which weights light
+    /// sampling.
     pub fn mean_emission(&self, triangle: u32) -> f32 {
         const GRID: u32 = 4;
         let sides = if self.geometry.flags[self.geometry.material(triangle)].double_sided { 2.0 } else { 1.0 };

@@ -36,13 +36,14 @@ use rayon::prelude::*;
 use crate::scene::{Still, View};
 use crate::{Error, Result};
 use camera::Camera;
-use film::{Film, Row, next_check};
+use film::{Film, PixelRow, next_check};
 use integrator::Integrator;
 pub use itself::lights_itself;
 use sampler::Sampler;
 use tile::Tiles;
 
-/// Must change whenever the same options could give another image: cached references of other versions are ignored.
+/// This number must change whenever equal options could give another image: cached references of other versions are
+/// ignored.
 pub const VERSION: u32 = 5;
 
 /// The number of bounces of indirect light.
@@ -59,12 +60,12 @@ pub enum Depth {
 pub enum Stop {
     /// This number of samples per pixel.
     Samples(u32),
-    /// The samples with these numbers, from 0 on: a part of an image.
+    /// The samples in this range of numbers: a part of an image.
     Range { first: u32, end: u32 },
     /// The first count of [`film::next_check`] at which [`Film::noise`] is at most this.
     Noise(f64),
-    /// Any film whose noise is at most `noise`, but none beyond that of [`Self::Noise`] with `last`: a step on the way
-    /// to it.
+    /// Any film whose noise is at most `noise`, but no more samples than [`Self::Noise`] with `last`: an intermediate
+    /// step.
     Rough { noise: f64, last: f64 },
 }
 
@@ -91,9 +92,9 @@ pub struct Progress {
     pub noise: Option<f64>,
 }
 
-/// The caller's part in a render under way.
+/// The caller's part in a running render.
 pub struct Control<'a> {
-    /// Called before the first path, then now and then from any thread.
+    /// Called before the first path, and then repeatedly from any thread.
     pub progress: &'a (dyn Fn(Progress) + Sync),
     /// Called every few seconds, when all rows of the film have the same number of samples or `cancel` is set.
     pub save: &'a mut dyn FnMut(&Film) -> Result<()>,
@@ -133,7 +134,7 @@ impl Stop {
         }
     }
 
-    /// The expected final count of samples: noise falls with the square root of the count.
+    /// The expected final number of samples: noise is proportional to the inverse square root of it.
     fn expected(self, film: &Film) -> u32 {
         match (self, film.history.last()) {
             (Self::Samples(n), _) => n,
@@ -162,14 +163,14 @@ fn integrator<'a>(Still { scene, pose, .. }: Still<'a>, options: &Options) -> Re
     Ok(Integrator::new(scene, pose, options))
 }
 
-/// As [`render`], of a scene that is ready.
+/// As [`render`], for a prepared scene.
 fn trace(integrator: &Integrator, view: &View, options: &Options, film: &mut Film, control: Control) -> Result<()> {
     let Control { progress, save, cancel } = control;
     let camera = Camera::new(view, &integrator.geometry().units, options.width, options.height);
     film.first = options.stop.first();
     let before = film.paths();
     let progress = |paths, expected, noise| progress(Progress { before, paths, expected, noise });
-    let job = Job { integrator, camera, options, progress: &progress, cancel };
+    let job = ActiveRender { integrator, camera, options, progress: &progress, cancel };
     if !options.stop.reached(film) {
         progress(before, before.max(1), None);
     }
@@ -190,26 +191,25 @@ fn trace(integrator: &Integrator, view: &View, options: &Options, film: &mut Fil
     Ok(())
 }
 
-/// A render under way.
-struct Job<'a> {
+/// A running render.
+struct ActiveRender<'a> {
     integrator: &'a Integrator<'a>,
     camera: Camera,
     options: &'a Options,
-    /// Takes the paths so far, the expected paths and the noise.
+    /// Receives the paths so far, the expected paths and the noise.
     progress: &'a (dyn Fn(u64, u64, Option<f64>) + Sync),
     cancel: &'a AtomicBool,
 }
 
-impl Job<'_> {
-    /// Renders every row up to `target` samples per pixel; after `cancel` is set, rows that are not finished stay as
-    /// they were.
+impl ActiveRender<'_> {
+    /// Renders every row up to `target` samples per pixel. After `cancel` is set, unfinished rows stay as they were.
     fn pass(&self, film: &mut Film, target: u32) {
         let Options { width, height, stop, .. } = *self.options;
         let noise = film.history.last().map(|(_, noise)| *noise);
         let expected = u64::from(width) * u64::from(height) * u64::from(stop.expected(film).max(target));
         let (first, paths) = (film.first, AtomicU64::new(film.paths()));
         while film.done() < target && !self.cancel.load(Ordering::Relaxed) {
-            let tiles = Tiles::of(first + film.done());
+            let tiles = Tiles::from_tile(first + film.done());
             let target = target.min(tiles.end - first);
             tiles.rows(&mut film.rows).for_each(|(y, rows)| {
                 let done = rows[0].done;
@@ -234,9 +234,9 @@ impl Job<'_> {
         }
     }
 
-    /// Adds sample number `index` to the pixels of the tile of `columns` pixels' width, in all of `rows`, that has its
-    /// upper left corner at `corner`.
-    fn trace_tile(&self, rows: &mut [Row], corner: [usize; 2], columns: usize, index: u32) {
+    /// Adds sample number `index` to the pixels of a tile, which is `columns` pixels wide and contains all of `rows`.
+    /// Its upper left corner is at `corner`.
+    fn trace_tile(&self, rows: &mut [PixelRow], corner: [usize; 2], columns: usize, index: u32) {
         let pixels: Vec<_> = (0..rows.len()).flat_map(|y| (0..columns).map(move |x| (corner[0] + x, y))).collect();
         let (mut rays, mut samplers) = (Vec::with_capacity(pixels.len()), Vec::with_capacity(pixels.len()));
         for &(x, row) in &pixels {

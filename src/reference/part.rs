@@ -1,5 +1,4 @@
-//! Some of the samples of a reference as a file, to be merged with the others: sums, counts, and what the image will
-//! say of itself.
+//! A part of a reference's samples as a file for a merge: sums, counts, and the metadata of the image.
 
 use std::path::Path;
 
@@ -15,7 +14,7 @@ use crate::{Error, Result};
 /// The first bytes of a part's file; the last one is the version of the format.
 const MAGIC: [u8; 8] = *b"2bpart\0\x01";
 
-/// A film with a part of the samples, and what it is of.
+/// A film with a part of the samples, and the description of its image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
     /// Hash of everything that determines the samples.
@@ -24,24 +23,24 @@ pub struct Part {
     pub film: Film,
 }
 
-/// How the image is written.
+/// The metadata of the image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct About {
-    /// The header, without what the number of samples changes.
+    /// The header without entries that depend on the number of samples.
     pub header: Metadata,
     /// The names of further layers.
     pub layers: Vec<String>,
 }
 
 impl Part {
-    /// Writes it: magic, the length of a JSON text and the text, the film as the cache keeps it.
+    /// Writes the part: magic, length of a JSON text, the text, and the film as in the cache.
     pub fn write(&self, path: &Path) -> Result<()> {
         let about = serde_json::to_vec(&self.about).map_err(|e| Error::file(path, e.to_string()))?;
         let length = (about.len() as u32).to_le_bytes();
         file::write(path, &[&MAGIC[..], &length, &about, &encode(&self.film, &self.key)].concat())
     }
 
-    /// Reads it; [`Error::File`] where it is no such file, of another version, or damaged.
+    /// Reads a part; [`Error::File`] if the file has another format or version, or is damaged.
     pub fn read(path: &Path) -> Result<Self> {
         crate::output::read::about(path, "a film")?;
         let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
@@ -64,20 +63,21 @@ impl Part {
         (is_whole && known).then_some(Self { key, about, film })
     }
 
-    /// The samples' numbers in words.
+    /// The range of samples in words.
     pub fn samples(&self) -> String {
         format!("{}-{}", self.film.first, self.end() - 1)
     }
 
-    /// The number after the last sample's.
+    /// The number after the last sample.
     fn end(&self) -> u32 {
         self.film.first + self.film.done()
     }
 
-    /// All parts as one: the sums of films that follow each other, in any order. The bits are those of one film.
+    /// Merges parts whose films follow each other, in any order. The bits are those of one film.
     ///
     /// # Errors
-    /// [`Error::Usage`]: they are of different images, samples are in two parts, or some are missing in between. `names`: of each.
+    /// [`Error::Usage`] if the images differ, samples are in two parts, or some are missing in between. `names` are
+    /// those of the parts.
     pub fn merge(mut parts: Vec<(String, Self)>) -> Result<Self> {
         parts.sort_by_key(|(_, part)| part.film.first);
         let mut parts = parts.into_iter();

@@ -16,7 +16,7 @@ const SIDE: usize = 4;
 struct Block([[[u8; 4]; SIDE]; SIDE]);
 
 /// The blocks of an image.
-struct Place {
+struct ImageBlocks {
     first: usize,
     per_row: usize,
     size: [u32; 2],
@@ -24,7 +24,7 @@ struct Place {
 
 /// All images of a scene.
 pub struct PointTextures {
-    places: Vec<Place>,
+    places: Vec<ImageBlocks>,
     blocks: Vec<Block>,
 }
 
@@ -42,12 +42,12 @@ impl PointTextures {
                     block.0[y % SIDE][x % SIDE].copy_from_slice(texel);
                 }
             }
-            points.places.push(Place { first, per_row, size: [image.width, image.height] });
+            points.places.push(ImageBlocks { first, per_row, size: [image.width, image.height] });
         }
         points
     }
 
-    fn block(&self, place: &Place, x: usize, y: usize) -> &Block {
+    fn block(&self, place: &ImageBlocks, x: usize, y: usize) -> &Block {
         &self.blocks[place.first + y / SIDE * place.per_row + x / SIDE]
     }
 

@@ -45,7 +45,7 @@ const fn table() -> [[[u32; 256]; 4]; SET] {
     while i < SET * 4 * 256 {
         let (d, byte, value) = (i / 1024, i / 256 % 4, i % 256);
         if value > 0 {
-            // Without its lowest bit the value stands before this one.
+            // Without its lowest bit the value precedes this one.
             let bit = value.trailing_zeros() as usize;
             table[d][byte][value] = table[d][byte][value & (value - 1)] ^ DIRECTIONS[d][byte * 8 + bit];
         }
@@ -113,7 +113,7 @@ impl Sampler {
         })
     }
 
-    /// The next unstratified random number, for a number of decisions that is not known in advance.
+    /// The next unstratified random number, for an unknown number of decisions.
     pub fn event(&mut self) -> f32 {
         self.events += 1;
         unit(combine(combine(self.stream ^ 0x5bd1_e995, self.index), self.events))
@@ -124,8 +124,8 @@ impl Sampler {
 mod tests {
     use super::*;
 
-    /// The first 16 samples of each half put one point into each cell of every 4×4 grid over a pair of dimensions
-    /// (for the first pair, whose net has quality 0, also 1×16 and 2×8).
+    /// The first 16 samples of each half put one point into each cell of every 4×4 grid over a pair of dimensions (and
+    /// into each cell of 1×16 and 2×8 grids for the first pair, whose net has quality 0).
     #[test]
     fn points_are_stratified() {
         for set in 0..8 {
@@ -155,7 +155,8 @@ mod tests {
                 })
                 .sum::<f32>()
                 / n as f32;
-            // Standard deviation of the mean of products of two uniform numbers: (1/12)/√n; five of them.
+            // The standard deviation of the mean of products of two uniform numbers is (1/12)/√n; the tolerance is five
+            // of them.
             assert!(covariance.abs() < 5.0 / 12.0 / (n as f32).sqrt(), "{covariance}");
         }
     }

@@ -1,5 +1,5 @@
-//! The sky: its radiance, and samples of a map by its brightness. An even or graded sky is not sampled: only scattered
-//! rays find it, and on a diffuse surface these are already distributed by its irradiance.
+//! The sky: its radiance, and samples of a map by its brightness. A uniform or graded sky is not sampled: scattered
+//! rays find it, and on a diffuse surface they are already distributed by its irradiance.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::scene::sky::{SkyMap, place};
 
 pub struct Sky {
-    /// Mean, and what is added straight up.
+    /// The mean, and the radiance that is added straight up.
     even: [Vec3; 2],
     map: Option<SampledMap>,
 }
@@ -18,11 +18,11 @@ pub struct Sky {
 /// A map, and the cumulative distribution of its texels' brightness times their solid angle.
 struct SampledMap {
     map: Arc<SkyMap>,
-    /// The world from the map.
+    /// The rotation from the map to the world.
     rotation: Mat3,
-    /// Of the rows.
+    /// The distribution of rows.
     rows: Vec<f32>,
-    /// Of the columns in each row.
+    /// The distribution of columns in each row.
     columns: Vec<f32>,
 }
 
@@ -32,7 +32,7 @@ impl Sky {
         Self { even: [scene.sky, scene.sky_gradient], map }
     }
 
-    /// Whether any of it is not black.
+    /// Whether a part of it is not black.
     pub fn shines(&self) -> bool {
         self.even[0] != Vec3::ZERO
     }
@@ -50,7 +50,7 @@ impl Sky {
         self.map.as_ref().map_or(0.0, |sampled| sampled.density(sampled.unturned(d)))
     }
 
-    /// A direction by the brightness of what is there.
+    /// A direction with a density proportional to brightness.
     pub fn sample(&self, u: [f32; 2]) -> Option<LightSample> {
         let sampled = self.map.as_ref()?;
         let unturned = sampled.direction(u);
@@ -65,7 +65,7 @@ impl SampledMap {
     fn new(map: &Arc<SkyMap>, rotation: Mat3) -> Self {
         let texels = map.texels();
         let bright = |x: usize, y: usize| texels.get(x % texels.width, y).max_element();
-        // A function that is linear between texels has, over a texel, a mean of 1/8, 6/8 and 1/8 of three.
+        // A function that is linear between texels has, over a texel, a mean of 1/8, 6/8 and 1/8 of three texels.
         let blurred = |before: f32, here: f32, after: f32| (before + 6.0 * here + after) / 8.0;
         let across = |x: usize, y: usize| blurred(bright(x + texels.width - 1, y), bright(x, y), bright(x + 1, y));
         let mut columns = Vec::with_capacity(texels.width * texels.height);
@@ -90,7 +90,7 @@ impl SampledMap {
         self.rotation.transpose() * d
     }
 
-    /// Chooses a row, a texel of it, and evenly a direction in that.
+    /// Chooses a row, a texel in it, and a uniform direction in the texel.
     fn direction(&self, u: [f32; 2]) -> Vec3 {
         let (width, height) = (self.map.width, self.map.height);
         let (y, down) = choose(&self.rows, u[0]);
@@ -113,7 +113,7 @@ impl SampledMap {
     }
 }
 
-/// The part of a cumulative distribution in which u lies, and how far along it.
+/// The interval of a cumulative distribution that contains u, and the position within it.
 pub fn choose(cumulative: &[f32], u: f32) -> (usize, f32) {
     let i = cumulative.partition_point(|&c| c <= u).min(cumulative.len() - 1);
     let start = if i == 0 { 0.0 } else { cumulative[i - 1] };

@@ -1,9 +1,9 @@
-//! Sums that do not depend on their order: fixed point, exact. So films of parts of the samples add up to the whole
-//! film's bits.
+//! Exact sums in fixed point that do not depend on the order of terms, so that films of parts of the samples add up to
+//! the bits of the whole film.
 
 use bytemuck::{Pod, Zeroable};
 
-/// A sum of radiances or distances. A step is 2⁻⁶⁴; what a value has below that is cut off. Up to 2⁶³ over all samples.
+/// A sum of radiances or distances in steps of 2⁻⁶⁴, to which values are truncated; up to 2⁶³ over all samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Sum([u64; 2]);
@@ -14,7 +14,7 @@ pub struct Sum([u64; 2]);
 pub struct SmallSum(i64);
 
 const STEP: f64 = 1.0 / (1u128 << 64) as f64;
-/// A value beyond counts as this.
+/// Larger values count as this.
 const MOST: f64 = (1u64 << 62) as f64;
 const SMALL_STEP: f64 = 1.0 / (1u64 << 32) as f64;
 
@@ -23,7 +23,7 @@ impl Sum {
         (u128::from(self.0[0]) | (u128::from(self.0[1]) << 64)) as i128
     }
 
-    /// Wraps: what leaves the range on the way and comes back is right again.
+    /// Wrapping addition: an intermediate overflow does not matter if the result is in range.
     fn plus(self, fixed: i128) -> Self {
         let sum = self.fixed().wrapping_add(fixed) as u128;
         Self([sum as u64, (sum >> 64) as u64])

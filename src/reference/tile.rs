@@ -4,14 +4,14 @@
 //! vertex y: the radiance that y sends to another x differs only by the BSDF at y. The balance heuristic over all
 //! pixels that could have sampled y keeps the estimate unbiased. A connection costs a shadow ray and replaces a path.
 //!
-//! Not connected: mirrors at x, surfaces that pass light unscattered, all that lies behind those, and surfaces of
-//! volumes.
+//! Mirrors at x, surfaces that pass light unscattered, everything behind those, and surfaces of volumes are not
+//! connected.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::bvh;
-use super::film::Row;
+use super::film::PixelRow;
 use super::integrator::{Integrator, Path, Sample, Vertex, weight};
 use super::lights::LightSample;
 use super::sampler::Sampler;
@@ -21,26 +21,27 @@ use super::traversal::Ray;
 /// and an atrium: side 2 gives 2.8 and 2.1, side 3 4.5 and 2.8, side 4 5.3 and 2.8, side 6 the same as 4.
 const SIDE: usize = 4;
 
-/// The tiles of consecutive samples. They change, because pixels of a tile share their noise: fixed tiles show.
+/// The tiles of consecutive samples. They change, because pixels of a tile share their noise, and fixed tiles would be
+/// visible.
 ///
-/// Four changes in each doubling of the count: samples of one pixel are stratified, and stay so in each quarter.
-/// Measured against fixed tiles, 64 to 256 samples: steps of noise across fixed tiles' borders are 0.98 to 1.01 of
-/// those within (1.14 to 2.22 before); a sample costs as much, and the noise is 1 % higher in the gallery, 3 % in an
-/// atrium, 6 % on stairs, 6 to 10 % in a Cornell box. Changes after every second sample cost up to 9 % more noise, two
-/// in each doubling no less than four.
+/// There are four changes in each doubling of the number of samples: samples of one pixel are stratified, and stay so
+/// in each quarter. Compared with fixed tiles at 64 to 256 samples, steps of noise across fixed borders are 0.98 to
+/// 1.01 of those within tiles (1.14 to 2.22 before). A sample costs the same, and the noise is 1 % higher in the
+/// gallery, 3 % in an atrium, 6 % on stairs, and 6 to 10 % in a Cornell box. Changes after every second sample cost up
+/// to 9 % more noise, and two in each doubling no less than four.
 pub struct Tiles {
     /// The width of the first column of tiles, and the height of the first row: 1 to [`SIDE`] pixels.
     first: [usize; 2],
-    /// The number of the first sample that has other tiles.
+    /// The number of the first sample with other tiles.
     pub end: u32,
 }
 
 impl Tiles {
     /// The tiles of sample number `index`.
-    pub fn of(index: u32) -> Self {
+    pub fn from_tile(index: u32) -> Self {
         let samples = (1 << index.max(16).ilog2()) / 4;
         let change = (index / samples) as usize;
-        // Four changes put the borders at each place in each direction.
+        // Four changes put borders at each position in each direction.
         let x = [0, 2, 1, 3][change % SIDE];
         let y = ([0, 2, 3, 1][change % SIDE] + change / SIDE) % SIDE;
         Self { first: [SIDE - x, SIDE - y], end: index - index % samples + samples }
@@ -54,22 +55,25 @@ impl Tiles {
     }
 
     /// The rows of tiles, each with the number of its first row of pixels.
-    pub fn rows<'a>(&self, rows: &'a mut [Row]) -> impl IndexedParallelIterator<Item = (usize, &'a mut [Row])> {
+    pub fn rows<'a>(
+        &self,
+        rows: &'a mut [PixelRow],
+    ) -> impl IndexedParallelIterator<Item = (usize, &'a mut [PixelRow])> {
         let first = self.first[1].min(rows.len());
         let (above, below) = rows.split_at_mut(first);
         let next = below.par_chunks_mut(SIDE).enumerate().map(move |(i, rows)| (first + i * SIDE, rows));
         rayon::iter::once((0, above)).chain(next)
     }
 
-    /// Whether rows that belong to one row of tiles have as many samples.
-    pub fn are_even(&self, rows: &[Row]) -> bool {
+    /// Whether all rows of each row of tiles have the same number of samples.
+    pub fn are_even(&self, rows: &[PixelRow]) -> bool {
         let (above, below) = rows.split_at(self.first[1].min(rows.len()));
-        let same = |rows: &[Row]| rows.iter().all(|row| row.done == rows[0].done);
+        let same = |rows: &[PixelRow]| rows.iter().all(|row| row.done == rows[0].done);
         same(above) && below.chunks(SIDE).all(same)
     }
 }
 
-/// Of a punctual light, of an emitter, of the sky.
+/// Samples of a punctual light, of an emitter, and of the sky.
 const LIGHT_SAMPLES: usize = 3;
 
 /// A pixel's first vertex.
@@ -172,7 +176,7 @@ impl Integrator<'_> {
         visible
     }
 
-    /// The light along the scattered ray of a shared vertex. A mirror's is added to the path's own pixel instead.
+    /// The light along the scattered ray of a shared vertex. For a mirror it is added to the path's own pixel instead.
     fn scattered_light(&self, path: &mut Path, vertex: &Vertex, sampler: &mut Sampler) -> Option<ScatteredLight> {
         let throughput = std::mem::replace(&mut path.throughput, Vec3::ONE);
         let survive = self.scatter(path, vertex, sampler)?;

@@ -53,12 +53,12 @@ struct Entry {
 }
 
 thread_local! {
-    /// Stacks, reused for every ray; taken out while in use.
+    /// Stacks that are reused for every ray, and taken out while in use.
     static STACK: Cell<Vec<Entry>> = const { Cell::new(Vec::new()) };
     static PACKETS: Cell<Vec<(u32, u32)>> = const { Cell::new(Vec::new()) };
 }
 
-// The searches are not inlined: the registers of their loops are scarce.
+// The searches are not inlined, because the registers of their loops are scarce.
 impl Bvh {
     /// The nearest hit for which `accept` is true.
     #[inline(never)]
@@ -160,7 +160,7 @@ impl Bvh {
     /// Calls `found` with each hit and the ray's end, and continues up to the end that it returns. `ORDERED` visits
     /// near boxes first. Each lane is a box or a triangle.
     fn walk<const ORDERED: bool>(&self, ray: &Ray, mut found: impl FnMut(&Hit, f32) -> f32) {
-        // Comparisons with NaN are false, so that a ray that is not finite would enter boxes that do not exist.
+        // Comparisons with NaN are false, so that a non-finite ray would enter boxes that do not exist.
         if self.nodes.is_empty() || !(ray.origin + ray.direction).is_finite() {
             return;
         }
@@ -315,7 +315,7 @@ mod tests {
         let bvh = Bvh::new(&triangles);
         let (mut blocked, mut mixed) = (0, 0);
         for (i, ray) in rays.iter().enumerate() {
-            // Rays between the neighbourhoods of two points: mostly of one octant, sometimes of several.
+            // Rays between the neighbourhoods of two points: mostly in one octant, sometimes in several.
             let near = |k: usize| {
                 let origin = ray.origin + vectors(8)[k] * [0.1, 10.0][i % 2];
                 let way = ray.origin + ray.direction * 50.0 - origin;

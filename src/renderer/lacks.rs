@@ -1,16 +1,16 @@
-//! Needs of settings beyond those of every frame, and which of all needs a device does not meet.
+//! Requirements of settings beyond those of every frame, and the requirements that a device does not meet.
 
 use std::sync::LazyLock;
 
 use crate::settings::{Method, Settings};
-use crate::vk::{BindingKind, DeviceReport, Stage, shader};
+use crate::vk::{BindingKind, DeviceReport, ShaderStage, shader};
 
-/// How much one stage of a shader takes at most of what devices limit.
+/// The maximum use of limited resources by one stage of a shader.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StageNeeds {
     pub storage_buffers: u32,
     pub storage_images: u32,
-    /// Colours, storage buffers and storage images that a fragment shader writes.
+    /// The number of colours, storage buffers and storage images that a fragment shader writes.
     pub fragment_outputs: u32,
 }
 
@@ -25,7 +25,7 @@ impl StageNeeds {
         Self {
             storage_buffers: count(BindingKind::Storage, false),
             storage_images: count(BindingKind::StorageImage, false),
-            fragment_outputs: if info.stage == Stage::Fragment { written } else { 0 },
+            fragment_outputs: if info.stage == ShaderStage::Fragment { written } else { 0 },
         }
     }
 
@@ -38,9 +38,9 @@ impl StageNeeds {
     }
 }
 
-/// The method that a shader belongs to, by its name; `None`: frames of every method may run it.
+/// The method that the shader `name` belongs to; `None` if frames of every method may run it.
 pub fn method_of(name: &str) -> Option<Method> {
-    // Only cones keep volumes of face radiance.
+    // Only cones have volumes of face radiance.
     if name.starts_with("ground/faces/") {
         return Some(Method::Cones);
     }
@@ -48,12 +48,12 @@ pub fn method_of(name: &str) -> Option<Method> {
     words.find_map(|word| Method::ALL.iter().copied().find(|method| method.name() == word))
 }
 
-/// Whether frames run a shader; tests and measurements have shaders of their own.
+/// Whether frames run the shader; tests and measurements have their own shaders.
 fn is_of_frames(name: &str) -> bool {
     !name.starts_with("test/") && !name.starts_with("profile/") && !name.contains("/measured/")
 }
 
-/// The most that a stage takes among the shaders of a method and those that it shares with others.
+/// The maximum over the shaders of a method and the shared ones.
 pub fn stage_needs(method: Method) -> StageNeeds {
     static OF_SHADERS: LazyLock<Vec<(Option<Method>, StageNeeds)>> = LazyLock::new(|| {
         let names = shader::names().filter(|name| is_of_frames(name));
@@ -63,8 +63,8 @@ pub fn stage_needs(method: Method) -> StageNeeds {
     own.fold(StageNeeds::default(), |most, (_, needs)| most.max(*needs))
 }
 
-/// The needs of frames with these settings that a device does not meet: names of the Vulkan specification, with the
-/// least value where there is one.
+/// Requirements of frames with these settings that a device does not meet: names from the Vulkan specification, with
+/// the minimum value of a limit.
 pub fn lacks(device: &DeviceReport, settings: &Settings) -> Vec<String> {
     let asked = settings.grid.conservative.needs();
     let own = device.wishes.iter().filter(|need| asked.contains(&need.name.as_str()));

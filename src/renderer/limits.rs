@@ -1,4 +1,4 @@
-//! Limits of a device and of the machine, and whether a frame's resources fit.
+//! Limits of a device and of the machine, and the check whether the resources of a frame fit.
 
 use std::sync::Arc;
 
@@ -12,8 +12,8 @@ use crate::memory::Limit;
 use crate::scene::Pose;
 use crate::vk::{Context, DeviceReport, beside_compiler};
 
-/// Memory of a device that may be taken: what it has left, on a CPU what the machine has left besides the driver, or
-/// `limit` bytes of that.
+/// Device memory that may be used: the free memory of the device (of the machine, less a share for the driver, on a
+/// CPU), or at most `limit` bytes.
 pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
     let budget = Limit { bytes: context.memory_budget(), words: format!("the budget of {}", context.name) };
     let machine = context.is_cpu.then(beside_compiler).flatten();
@@ -21,29 +21,28 @@ pub fn memory_limit(context: &Context, limit: Option<u64>) -> Limit {
     machine.into_iter().chain(asked).fold(budget, |least, other| if other.bytes < least.bytes { other } else { least })
 }
 
-/// How many texels a side an image of a device has, in which a texture lies with its mips, and what says so.
+/// The maximum side in texels of an image on the device, which holds a texture with its mips, and the reason for it.
 pub fn largest_image(context: &Context) -> (u32, String) {
     let most = context.limits.max_image_dimension2_d;
     (most, format!("the {most} texels a side of an image of {}", context.name))
 }
 
-/// How many triangles, over all instances, a device's buffers hold at most, whatever is known of each, and what says
-/// so.
+/// The maximum number of triangles over all instances that the device's buffers can hold, and the reason for it.
 pub fn most_triangles(context: &Context) -> (u64, String) {
     let most = u64::from(context.limits.max_storage_buffer_range) / size_of::<Triangle>() as u64;
     (most, format!("the largest buffer that {} binds", context.name))
 }
 
-/// The numbers that decide whether the resources of a frame fit.
+/// The numbers that decide if the resources of a frame fit.
 pub(crate) struct MemoryCheck {
-    /// Bytes that may be taken, and what sets the limit.
+    /// Bytes that may be used, and the reason for the limit.
     limit: Limit,
-    /// Bytes that the device binds at once.
+    /// Bytes that the device can bind at once.
     largest: Limit,
 }
 
-/// Refuses a frame whose resources exceed the memory of a device, or what it binds at once, before anything is made:
-/// the device need not be here.
+/// Refuses a frame whose resources exceed the memory of a device or its largest binding. Nothing is created, and the
+/// device need not be present.
 ///
 /// # Errors
 /// [`crate::Error::Memory`]
@@ -58,20 +57,20 @@ pub fn fits(device: &DeviceReport, desc: &FrameDesc, pose: &Pose) -> Result<()> 
     check.check_first(desc, &trees, &packed.plan())
 }
 
-/// The limit of `bytes` for buffers, which the device of that name binds at once.
+/// The limit of `bytes` for one binding of the device `name`.
 fn largest(name: &str, bytes: u32) -> Limit {
     Limit { bytes: bytes.into(), words: format!("the largest buffer that {name} binds") }
 }
 
 impl MemoryCheck {
-    /// `limit`: bytes, where the caller sets them.
+    /// The limits of an open device. `limit` is the caller's limit in bytes.
     pub fn new(context: &Context, limit: Option<u64>) -> Self {
         let largest = largest(&context.name, context.limits.max_storage_buffer_range);
         Self { limit: memory_limit(context, limit), largest }
     }
 
-    /// Packs the scene for the device, and makes its trees if they are asked for: refused is what does not fit, as soon
-    /// as it is known. Returns the bytes of what does not depend on the grid, of which `more` is known.
+    /// Packs the scene for the device, and builds its trees if they are needed. Refuses the scene as soon as it is
+    /// known not to fit. Returns the bytes of all resources that do not depend on the grid, including the known `more`.
     pub fn pack(
         &self,
         context: &Context,
@@ -89,8 +88,8 @@ impl MemoryCheck {
         Ok((packed, fixed))
     }
 
-    /// Refuses what a new frame takes beyond what `fixed` names, before anything is uploaded, and most of it before
-    /// trees are made.
+    /// Refuses the resources of a new frame beyond `fixed` before anything is uploaded, and most of them before trees
+    /// are built.
     pub fn check_first(&self, desc: &FrameDesc, trees: &TreesOnce, fixed: &[MemoryRow]) -> Result<()> {
         self.check_trees(desc, trees, fixed, &first_plan(desc, trees))
     }
@@ -107,8 +106,8 @@ impl MemoryCheck {
         self.check(desc.settings.voxels, fixed, plan)
     }
 
-    /// Refuses a grid of edge `voxels` whose resources exceed the limit or what the device binds at once. `fixed`:
-    /// those that do not depend on the grid; `plan`: those that a grid of that edge takes.
+    /// Refuses a grid of edge `voxels` whose resources exceed the limit or the largest binding. `fixed` lists the
+    /// resources that do not depend on the grid, and `plan` those of a grid with the given edge.
     pub fn check(&self, voxels: u32, fixed: &[MemoryRow], plan: &impl Fn(u32) -> Vec<MemoryRow>) -> Result<()> {
         let rows_at = |edge: u32| fixed.iter().copied().chain(plan(edge)).collect::<Vec<_>>();
         memory_plan::check_buffers(&memory_plan::check(voxels, &self.limit, rows_at)?, &self.largest)

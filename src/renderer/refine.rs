@@ -1,5 +1,5 @@
-//! Progressive refinement: light bounces on until it has settled, then further passes over the light are averaged, and
-//! passes over the image. [`Renderer::render`] makes them all; a window shows what there is in between.
+//! Progressive refinement: light bounces until it has settled, then passes over the light are averaged, then passes
+//! over the image. [`Renderer::render`] makes all of them, and a window can show intermediate results.
 
 use super::{FrameReport, Renderer};
 use crate::Result;
@@ -9,13 +9,12 @@ use crate::scene::{Pose, View};
 use crate::vk;
 
 impl Renderer {
-    /// Renders one frame and waits for it. Buffers that turn out too small grow, and the frame is repeated. With
-    /// `bounces = all` the first frame is repeated until it settles: until the light changes by less than
-    /// [`super::SETTLED`] from one to the next, [`MOST_SETTLING`](crate::frame::MOST_SETTLING) times at most, and as
-    /// often again as the method takes a mean of.
+    /// Renders one frame and waits for it. If a buffer is too small, it grows and the frame is repeated. With `bounces
+    /// = all` the first frame repeats until the light of two passes differs by less than [`super::SETTLED`], at most
+    /// [`MOST_SETTLING`](crate::frame::MOST_SETTLING) times, and then for as many passes as the method averages.
     ///
     /// # Errors
-    /// A buffer cannot grow as far as the scene needs, the device is lost, or what watches says so.
+    /// A buffer cannot grow as far as the scene needs, the device is lost, or the watching function returns an error.
     pub fn render(&mut self, pose: &Pose, view: &View) -> Result<FrameReport> {
         let (mut settling, mut repeats, before) = (0, 0, vk::process_cpu_ms());
         while let Some(pass) = self.light_pass(pose, view)? {
@@ -30,7 +29,7 @@ impl Renderer {
         Ok(FrameReport { repeats: repeats + report.repeats, settling, cpu_ms, ..report })
     }
 
-    /// One of the passes over the light that [`Self::render`] makes before its image; none where
+    /// Makes one of the passes over the light that precede the image of [`Self::render`]; returns `None` if
     /// [`Self::light_is_whole`].
     ///
     /// # Errors
@@ -39,14 +38,13 @@ impl Renderer {
         if self.light_is_whole() { Ok(None) } else { self.draw(pose, view, None).map(Some) }
     }
 
-    /// Whether what stands still is lit by as many passes as [`Self::render`] makes: with `bounces = all` that takes
-    /// some.
+    /// Whether the light has had all of the passes that [`Self::render`] makes; with `bounces = all` there are several.
     pub fn light_is_whole(&self) -> bool {
         !self.frame.light.is_awaited()
     }
 
-    /// An image of one pass, with the light as far as it has come, and brings that further by one pass where it is not
-    /// whole.
+    /// Renders an image of one pass with the light in its current state. If the light is not whole, this adds one pass
+    /// to it.
     ///
     /// # Errors
     /// As for [`Self::render`].
@@ -55,11 +53,12 @@ impl Renderer {
         self.draw(pose, view, Some(0))
     }
 
-    /// One more pass over the last image, whose mean with those before is read from then on: what [`Self::render`]
-    /// shows where `image.passes` is as high. The report is of this pass; its noise is the mean's.
+    /// Adds one more pass to the last image; reads then return the mean of all passes. This is the result of
+    /// [`Self::render`] with `image.passes` of that number. The report has the times of this pass and the noise of the
+    /// mean.
     ///
     /// # Errors
-    /// As for [`Self::render`]; the mean then is as before.
+    /// As for [`Self::render`]; after an error the mean is as before.
     pub fn refine(&mut self, pose: &Pose, view: &View) -> Result<FrameReport> {
         let first = || {
             let mut mean = PassMean::default();
@@ -76,12 +75,12 @@ impl Renderer {
         Ok(FrameReport { noise, ..drawn? })
     }
 
-    /// Passes over the image that what is read is the mean of.
+    /// The number of passes in the mean that reads return.
     pub fn passes(&self) -> u32 {
         self.mean.as_ref().map_or(1, PassMean::passes)
     }
 
-    /// A pass over the light was made: measures it, as long as it is waited for to settle.
+    /// Measures the light after a pass over it, as long as the renderer waits for it to settle.
     pub(super) fn light_made(&mut self) -> Result<()> {
         if self.frame.light.is_measured() {
             let light = self.coarse_light()?;
@@ -90,7 +89,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Numbers that represent, coarsely, the light that the method holds.
+    /// Numbers that coarsely represent the light that the method stores.
     fn coarse_light(&self) -> Result<Vec<f64>> {
         let number = |bits: u16| half::f16::from_bits(bits).to_f64();
         Ok(match self.frame.method.coarse_light() {

@@ -14,7 +14,7 @@ pub fn furnace(albedo: f32, emission: f32, block: bool) -> Scene {
     scene.add_mesh(Mesh::cuboid("box", wall, Vec3::NEG_ONE, Vec3::ONE, true), DAffine3::IDENTITY);
     if block {
         let block = Mesh::cuboid("block", wall, Vec3::splat(-0.4), Vec3::splat(0.4), false);
-        // Rotated, so that its sides are not parallel to the grid's planes.
+        // The box is rotated, so that its sides are not parallel to the grid's planes.
         scene.add_mesh(block, DAffine3::from_rotation_y(0.5) * DAffine3::from_rotation_x(0.3));
     }
     scene.add_camera(&View::look_at(DVec3::new(0.55, 0.35, 0.9), DVec3::ZERO, DVec3::Y, 75f32.to_radians()));

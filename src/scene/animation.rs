@@ -10,7 +10,7 @@ use super::{
 use crate::{Error, Result};
 
 impl Playback {
-    /// One animation, or none.
+    /// Playback of one animation, or of none.
     pub fn once(animation: Option<usize>) -> Self {
         Self { animations: animation.into_iter().collect(), repeats: false }
     }
@@ -23,26 +23,26 @@ impl Scene {
         self.pose_of(&Playback::once(animation), f64::from(time_s))
     }
 
-    /// The pose at `time_s` seconds of all that plays. Node transforms, skins and weights of morph targets are those of
-    /// one time.
+    /// The pose at `time_s` seconds with all animations of `playback`. Node transforms, skins and weights of morph
+    /// targets are evaluated at the same time.
     pub fn pose_of(&self, playback: &Playback, time_s: f64) -> Pose {
         self.at_moment(playback, time_s, |world, deforms| {
             let light = |node: usize| {
-                let place = world.of(node);
+                let place = world.of_node(node);
                 let direction = place.matrix3.z_axis.try_normalize().map_or(DVec3::NEG_Z, |z| -z);
                 PosedLight { position: place.translation, direction }
             };
             Pose {
                 world_from_instance: self.instances.iter().map(|i| self.place(i, world)).collect(),
                 lights: self.lights.iter().map(|l| light(l.node)).collect(),
-                world_from_camera: self.cameras.iter().map(|c| world.of(c.node)).collect(),
+                world_from_camera: self.cameras.iter().map(|c| world.of_node(c.node)).collect(),
                 deforms,
                 time_s,
             }
         })
     }
 
-    /// Gives `then` the places of nodes at `time_s` seconds of all that plays, and the states of deformers.
+    /// Calls `then` with the transforms of nodes at `time_s` seconds of `playback`, and with the states of deformers.
     pub(super) fn at_moment<T>(
         &self,
         playback: &Playback,
@@ -68,16 +68,17 @@ impl Scene {
         then(&world, deforms.map(|(deformer, weights)| deformer.pose(&world.inner, weights)).collect())
     }
 
-    /// Where an instance stands: at its node, or where its joints are, moved as instancing moves it from the node.
+    /// The transform of an instance: that of its node, or with a skin that of its joints, offset as instancing offsets
+    /// it from the node.
     pub(super) fn place(&self, instance: &Instance, world: &World) -> DAffine3 {
-        let own = world.of(instance.node);
+        let own = world.of_node(instance.node);
         let Some(deformer) = self.skinned(instance.mesh) else { return own };
         let frame = deformer.world_from_frame(&world.inner);
-        let moved = own * world.of(deformer.node).inverse() * frame;
+        let moved = own * world.of_node(deformer.node).inverse() * frame;
         if instance.node == deformer.node || !moved.is_finite() { frame } else { moved }
     }
 
-    /// Of every node, whether an animation moves it.
+    /// For each node, whether an animation moves it.
     pub fn moving_nodes(&self) -> Vec<bool> {
         let mut moves = vec![false; self.nodes.len()];
         self.animations.iter().flat_map(|animation| &animation.channels).for_each(|channel| moves[channel.node] = true);
@@ -95,7 +96,8 @@ impl Scene {
         named("animation", name, self.animations.iter().map(|a| a.name.as_str()))
     }
 
-    /// The indices of the animations that `name` names: one by its name or number, or `all`, unless one is called so.
+    /// The indices of the animations that `name` selects: one by its name or number, or all by `all`, unless an
+    /// animation has that name.
     ///
     /// # Errors
     /// As for [`Self::animation_named`].
@@ -116,27 +118,27 @@ impl Scene {
     }
 }
 
-/// Where nodes stand. Small files have millions of instances, each at a node of its own behind all that have children:
-/// where these stand is found when it is asked for.
+/// World transforms of nodes. Small files can have millions of instances, each at its own node, which follows all nodes
+/// that have children: their transforms are computed on request.
 pub(super) struct World<'a> {
     nodes: &'a [Node],
     locals: &'a [Transform],
-    /// Of the first nodes.
+    /// Transforms of the first nodes, which include all parents.
     pub inner: Vec<DAffine3>,
 }
 
 impl<'a> World<'a> {
-    /// `locals`: of the first nodes, instead of their own; `count`: as many nodes as have all parents among them.
+    /// `locals` replace the transforms of the first nodes. The first `count` nodes include all parents.
     pub fn new(nodes: &'a [Node], locals: &'a [Transform], count: usize) -> Self {
         let mut world = Self { nodes, locals, inner: Vec::with_capacity(count) };
         for node in 0..count {
-            world.inner.push(world.of(node));
+            world.inner.push(world.of_node(node));
         }
         world
     }
 
-    /// Where one node stands.
-    pub fn of(&self, node: usize) -> DAffine3 {
+    /// The world transform of one node.
+    pub fn of_node(&self, node: usize) -> DAffine3 {
         if let Some(place) = self.inner.get(node) {
             return *place;
         }
@@ -221,8 +223,7 @@ impl WeightChannel {
     }
 }
 
-/// Of key times, the key before `time_s`, the position between it and the next key (0 to 1), and the seconds between
-/// the two.
+/// The key before `time_s`, the position between it and the next key (0 to 1), and the seconds between the two.
 fn span(times: &[f32], time_s: f32) -> (usize, f64, f64) {
     let after = times.partition_point(|t| *t <= time_s);
     if after == 0 || after == times.len() {

@@ -11,8 +11,8 @@ use super::{Bounds, Instance, Playback, Pose, Scene};
 /// Uniform times at which [`Scene::bounds`] samples an animation, in addition to every key.
 const UNIFORM_TIMES: usize = 64;
 const TIMES_MAX: usize = 4096;
-/// Number of nodes and moving instances × times above which fewer times are sampled, [`TIMES_MIN`] at least: it takes
-/// about a second.
+/// The number of nodes and moving instances, times the number of times, above which fewer times are sampled, but at
+/// least [`TIMES_MIN`]. Sampling then takes about a second.
 const PLACES_MAX: usize = 1 << 24;
 const TIMES_MIN: usize = 8;
 /// Up to this number of vertices × times every vertex is transformed, which takes about a second.
@@ -47,19 +47,19 @@ impl Bounds {
         if self.is_empty() { DVec3::ZERO } else { self.max - self.min }
     }
 
-    /// Of the sphere through the corners; 1 for a box without size.
+    /// The radius of the sphere through the corners; 1 for a box without size.
     pub fn radius(&self) -> f64 {
         let radius = 0.5 * self.size().length();
         if radius > 0.0 { radius } else { 1.0 }
     }
 }
 
-/// Vertices up to which an outline is made of them.
+/// The largest number of vertices that [`Scene::outline`] returns.
 const OUTLINE_MAX: usize = 1 << 20;
 
 impl Scene {
-    /// Points that stand for the scene's extent: its vertices where nothing plays and they are not very many, else the
-    /// corners of `bounds`.
+    /// Points that represent the extent of the scene: its vertices if nothing is animated and there are few enough,
+    /// else the corners of `bounds`.
     pub fn outline(&self, bounds: Bounds) -> Vec<DVec3> {
         let vertices: usize = self.instances.iter().map(|instance| self.meshes[instance.mesh].positions.len()).sum();
         if !self.animations.is_empty() || vertices > OUTLINE_MAX {
@@ -77,16 +77,16 @@ impl Scene {
         })
     }
 
-    /// The box around all vertices over the whole `animation`, in metres: at its keys and at 64 uniform times. Motion
-    /// between these times (the arc of a fast rotation) can leave the box slightly. Very long animations are sampled at
-    /// 4096 uniform times, and at fewer where very much moves. Very large meshes are replaced by their boxes; where
-    /// they deform, they are sampled at fewer of these times. Empty for a scene without meshes.
+    /// The box around all vertices over the whole `animation`, in metres, sampled at its keys and at 64 uniform times.
+    /// Motion between these times (the arc of a fast rotation) can leave the box slightly. Very long animations are
+    /// sampled at 4096 uniform times, and at fewer if very many vertices move. Very large meshes are replaced by their
+    /// boxes or, if they deform, sampled at fewer times. Empty for a scene without meshes.
     pub fn bounds(&self, animation: Option<usize>) -> Bounds {
         self.bounds_of(&Playback::once(animation))
     }
 
-    /// The box of [`Self::bounds`] over all animations that play, until the longest has ended, or twice as long where
-    /// it repeats.
+    /// The box of [`Self::bounds`] over all animations of `playback`, until the longest has ended, or for twice as long
+    /// if it repeats.
     pub fn bounds_of(&self, playback: &Playback) -> Bounds {
         let moves = self.moving_nodes();
         let moved = |instance: &Instance| {
@@ -119,7 +119,7 @@ impl Scene {
                     let (mut bounds, pose) = (bounds, Pose { deforms, ..Pose::default() });
                     for (instance, last) in moving.iter().zip(&mut last) {
                         let world = self.place(instance, world);
-                        // Many instances move at times alone.
+                        // Many instances are sampled at fewer times.
                         let shows = match self.meshes[instance.mesh].deform {
                             Some(_) => number.is_multiple_of(every),
                             None => *last != Some(world),
@@ -139,13 +139,13 @@ impl Scene {
         numbered.par_chunks(part).map(over).reduce(|| Bounds::EMPTY, Bounds::union).union(still)
     }
 
-    /// `moving`: how many instances move.
+    /// `moving` is the number of instances that move.
     fn sample_times(&self, playback: &Playback, moving: usize) -> Vec<f32> {
         let most = (PLACES_MAX / (self.nodes.len() + moving)).clamp(TIMES_MIN, TIMES_MAX);
         let animations = || playback.animations.iter().filter_map(|&a| self.animations.get(a));
         let several = animations().count() > 1 && playback.repeats;
         let Some(longest) = animations().map(|a| a.duration).reduce(f32::max) else { return vec![0.0] };
-        // Animations of different lengths meet anew each time that they repeat.
+        // Animations of different lengths combine differently in each repetition.
         let duration = if several { 2.0 * longest } else { longest };
         let uniform = |n: usize| (0..=n).map(move |i| duration * i as f32 / n as f32);
         // Many channels share their times.
@@ -156,7 +156,7 @@ impl Scene {
             a.channels.iter().flat_map(|c| &c.times).chain(weights)
         });
         for &key in keys {
-            // Damaged files have millions of equal ones.
+            // Damaged files can have millions of equal times.
             if key != last {
                 times.insert(key.to_bits());
             }

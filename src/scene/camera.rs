@@ -4,18 +4,18 @@ use glam::{DAffine3, DVec3};
 
 use super::{Bounds, Pose, Projection, Scene, View};
 
-/// Vertical field of view of cameras that nobody chose, degrees.
+/// Vertical field of view of the default camera, in degrees.
 pub const DEFAULT_FOV_DEGREES: f32 = 45.0;
-/// Towards the eye of a view that nobody chose: from the front, slightly from above and the right.
+/// The direction to the default camera: from the front, slightly from above and the right.
 const FRONT: DVec3 = DVec3::new(0.35, 0.3, 1.0);
-/// The share of an image's width or height that a scene takes then.
+/// The share of the image's width or height that the scene fills in the default view.
 const FILLED: f64 = 2.0 / 3.0;
 /// The distance of the near plane over that of the target.
 const NEAR_PART: f64 = 1e-3;
 
 impl View {
-    /// From `eye` towards `target`, with a vertical field of view of `fov` radians. An `up` parallel to the line of
-    /// sight is replaced; a target at the eye means −Z.
+    /// A view from `eye` towards `target`, with a vertical field of view of `fov` radians. An `up` parallel to the line
+    /// of sight is replaced, and a target at the eye is replaced by −Z.
     pub fn look_at(eye: DVec3, target: DVec3, up: DVec3, fov: f32) -> Self {
         let distance = (target - eye).length();
         let near = if distance > 0.0 { distance * NEAR_PART } else { NEAR_PART };
@@ -23,29 +23,29 @@ impl View {
         Self::from_axes(eye, target - eye, up, projection)
     }
 
-    /// From the front, slightly from above and the right: shows all of `bounds` in an image at least as wide as high.
+    /// A view from the front, slightly from above and the right, which shows all of `bounds` in an image that is at
+    /// least as wide as high.
     pub fn framing(bounds: Bounds) -> Self {
         Self::framing_within(bounds, DEFAULT_FOV_DEGREES.to_radians())
     }
 
-    /// The view of [`Self::framing`] with a vertical field of view of `fov` radians, from the distance that this needs.
+    /// The view of [`Self::framing`] with a vertical field of view of `fov` radians, from the distance that this
+    /// requires.
     pub fn framing_within(bounds: Bounds, fov: f32) -> Self {
         let distance = bounds.radius() / f64::from(0.5 * fov).sin();
         let eye = bounds.center() + FRONT.normalize() * distance;
         Self::look_at(eye, bounds.center(), DVec3::Y, fov)
     }
 
-    /// From the direction of [`Self::framing`], so near that the longer way of `points` across the image, whose width
-    /// is `aspect` times its height, takes two thirds of it, and the middle of that way is the image's. `None` without
-    /// points apart from each other.
+    /// A view from the direction of [`Self::framing`], whose image is `aspect` times as wide as high. The larger extent
+    /// of `points` in the image fills two thirds of it and is centred. `None` if no two points differ.
     pub fn filling(points: &[DVec3], fov: f32, aspect: f64) -> Option<Self> {
         let view = Self::look_at(FRONT, DVec3::ZERO, DVec3::Y, fov);
         let [right, up, forward] = [view.right(), view.up, view.forward];
         let half = (0.5 * f64::from(fov)).tan();
-        // From near by, so that nothing is rounded that lies far from the origin.
+        // Coordinates are relative to the points, so that nothing is rounded far from the origin.
         let middle = *points.first()?;
-        // Seen from the depth −d, a point is within the share k/half of the image if |x − s| ≤ k (z + d), where the eye
-        // is at s.
+        // From an eye at (s, −d), a point (x, z) is within the share k/half of the image if |x − s| ≤ k (z + d).
         let along = |axis: DVec3, k: f64| {
             let ends = points.iter().map(|p| *p - middle).map(|p| (p.dot(axis), k * p.dot(forward)));
             let (high, low) = ends
@@ -58,7 +58,7 @@ impl View {
         let (nearest, farthest) =
             depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)));
         let back = far_for_x.max(far_for_y);
-        // How far the eye is from the middle of the depths.
+        // The distance of the eye from the middle of the depths.
         let distance = back + 0.5 * (nearest + farthest);
         (distance.is_finite() && back + nearest > 1e-6 * back.abs() && distance > 0.0).then(|| {
             let eye = middle + x * right + y * up - back * forward;
@@ -80,8 +80,8 @@ impl View {
         Self { eye, forward, up: right.cross(forward), projection }
     }
 
-    /// Where the middle of a pixel of an image of `size` looks from, and its direction, unit. Pixels row by row from
-    /// the upper left.
+    /// Origin and unit direction of the ray through the middle of a pixel of an image of `size`. Pixels are numbered
+    /// row by row from the upper left.
     pub fn ray(&self, pixel: usize, size: (u32, u32)) -> (DVec3, DVec3) {
         let (width, height) = (f64::from(size.0), f64::from(size.1));
         let (x, y) = ((pixel % size.0 as usize) as f64 + 0.5, (pixel / size.0 as usize) as f64 + 0.5);
@@ -94,8 +94,8 @@ impl View {
         }
     }
 
-    /// Where the middle of a pixel of an image of `size` meets a surface, in the world, by the layer of depth: metres
-    /// ahead of the eye. `None` where it meets none.
+    /// The world position of the surface at the middle of a pixel of an image of `size`. `depth` is the layer's value:
+    /// metres along the view's forward axis. `None` without a surface.
     pub fn surface(&self, pixel: usize, size: (u32, u32), depth: f32) -> Option<DVec3> {
         let (from, direction) = self.ray(pixel, size);
         depth.is_finite().then(|| from + direction * (f64::from(depth) / direction.dot(self.forward)))
@@ -106,8 +106,8 @@ impl View {
         self.ray(pixel, size).1
     }
 
-    /// Where a line between two points of the world shows in an image of `size`: x and y in pixels from the upper left
-    /// corner. What lies behind the eye is cut off; `None` where nothing is left.
+    /// The projection of the line between two world points into an image of `size`: x and y in pixels from the upper
+    /// left corner. The part behind the eye is cut off; `None` if nothing remains.
     pub fn segment(&self, ends: [DVec3; 2], size: (u32, u32)) -> Option<[[f64; 2]; 2]> {
         let least = match self.projection {
             Projection::Perspective { near, .. } => f64::from(near).max(f64::MIN_POSITIVE),
@@ -124,7 +124,7 @@ impl View {
         Some([cut(0), cut(1)].map(|end| self.place(end, size)))
     }
 
-    /// The inverse of [`Self::ray`], of a point ahead.
+    /// The inverse of [`Self::ray`] for a point in front of the eye.
     fn place(&self, point: DVec3, (width, height): (u32, u32)) -> [f64; 2] {
         let to = point - self.eye;
         let half = match self.projection {
@@ -170,7 +170,7 @@ mod tests {
                 assert!(view.segment([from - along, from - 9.0 * along], size).is_none(), "behind the eye");
             }
         }
-        // A segment that begins behind the camera is cut off where it passes the near plane.
+        // A segment that begins behind the camera is cut at the near plane.
         let aside = perspective.eye + perspective.right();
         let cut =
             perspective.segment([aside + perspective.forward, aside - perspective.forward], size).expect("a half");

@@ -5,7 +5,7 @@ use std::fmt::Arguments;
 use super::{Interpolation, Mesh, Pose, Scene};
 use crate::{Error, Result};
 
-/// An index into a list, with the words that an error names both by: they are put together only then.
+/// An index into a list, with the words by which errors name both. The text is formatted only for an error.
 struct Index<'a> {
     of: Arguments<'a>,
     index: usize,

@@ -1,5 +1,5 @@
-//! Skins and morph targets: what deforms meshes, and the deformed meshes of a pose. `glsl/ground/deform.comp` does the
-//! same as [`Deform::of`] on the device; `tests/device/deform.rs` holds one against the other.
+//! Skins and morph targets: the data that deform meshes, and the deformed meshes of a pose. `glsl/ground/deform.comp`
+//! computes [`Deform::vertices`] on the device; `tests/device/deform.rs` compares both.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -8,14 +8,14 @@ use glam::{DAffine3, DVec3, Vec3, Vec4};
 
 use super::{Mesh, Pose, Scene};
 
-/// Data with which a node deforms the meshes that it shows: a skin's joints, weights of morph targets, or both.
+/// Data by which a node deforms its meshes: the joints of a skin, weights of morph targets, or both.
 #[derive(Clone, Debug, Default)]
 pub struct Deformer {
     /// Index into [`Scene::nodes`].
     pub node: usize,
-    /// Without a skin there are none. Behind the skin's stands the node itself, for vertices that no joint moves.
+    /// Joints of the skin, followed by the node itself for vertices that no joint moves; empty without a skin.
     pub joints: Vec<Joint>,
-    /// Of the morph targets, where no animation sets them.
+    /// Weights of the morph targets that apply without an animation.
     pub weights: Vec<f32>,
 }
 
@@ -32,40 +32,40 @@ pub struct Joint {
 pub struct Deform {
     /// Index into [`Scene::deformers`].
     pub deformer: usize,
-    /// As the file has them; the mesh's own are those of its rest pose.
+    /// Positions as in the file. The positions of the mesh itself are those of its rest pose.
     pub positions: Vec<Vec3>,
     pub normals: Vec<Vec3>,
     pub tangents: Vec<Vec4>,
-    pub targets: Vec<Target>,
-    /// Influences of joints on a vertex; 0 without a skin.
+    pub targets: Vec<TargetDeltas>,
+    /// The number of joints that influence a vertex; 0 without a skin.
     pub influences: usize,
-    /// Joint and weight, [`Self::influences`] for each vertex; their weights add up to 1.
+    /// Joint and weight, [`Self::influences`] for each vertex; the weights of a vertex add up to 1.
     pub skin: Vec<(u32, f32)>,
-    /// The file has no normals: they are those of the deformed faces. Each face then has three vertices of its own, in
-    /// order.
+    /// Whether the file has no normals. Then the normals are those of the deformed faces, and each face has three
+    /// vertices of its own, in order.
     pub flat: bool,
 }
 
-/// Differences of a morph target.
+/// The differences that a morph target adds to vertices.
 #[derive(Clone, Debug, Default)]
-pub struct Target {
+pub struct TargetDeltas {
     pub positions: Vec<Vec3>,
     pub normals: Vec<Vec3>,
     pub tangents: Vec<Vec3>,
 }
 
-/// State of a [`Deformer`] at a time.
+/// The state of a [`Deformer`] at a time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DeformPose {
-    /// Rows of a matrix per joint: the instance's space from the mesh's.
+    /// For each joint, the rows of the matrix from the mesh's space to the instance's space.
     pub joints: Vec<[[f32; 4]; 3]>,
     pub weights: Vec<f32>,
 }
 
 impl Deformer {
-    /// The space in which skinned meshes are deformed, in the world. glTF lets joints alone place them; a space at the
-    /// first joint keeps f32's precision far from the origin. It is mirrored as the node is, which decides what is a
-    /// face's front.
+    /// The transform to world space of the frame in which skinned meshes are deformed. In glTF only the joints place a
+    /// skinned mesh. A frame at the first joint keeps the precision of f32 far from the origin. It is mirrored if the
+    /// node is, because this determines the front side of faces.
     pub fn world_from_frame(&self, world: &[DAffine3]) -> DAffine3 {
         let Some(first) = self.joints.first() else { return world[self.node] };
         let mirrored = world[self.node].matrix3.determinant() < 0.0;
@@ -73,12 +73,12 @@ impl Deformer {
         DAffine3::from_translation(world[first.node].translation) * DAffine3::from_scale(scale)
     }
 
-    /// `world`: of every node; `weights`: instead of the deformer's own.
+    /// `world` holds the transforms of all nodes, and `weights` replaces the deformer's own weights.
     pub fn pose(&self, world: &[DAffine3], weights: Vec<f32>) -> DeformPose {
         let frame_from_world = self.world_from_frame(world).inverse();
         let rows = |joint: &Joint| {
             let m = frame_from_world * world[joint.node] * joint.joint_from_mesh;
-            // Damaged files have transforms that overflow; what they move is somewhere, but a number.
+            // Damaged files have transforms that overflow. Their vertices may be anywhere, but must be finite.
             let finite = |x: f64| if x.is_finite() { x.clamp(-1e15, 1e15) as f32 } else { 0.0 };
             let row = |i: usize| m.matrix3.row(i).extend(m.translation[i]).to_array().map(finite);
             [row(0), row(1), row(2)]
@@ -92,7 +92,7 @@ pub type Vertices = (Vec<Vec3>, Vec<Vec3>, Vec<Vec4>);
 
 impl Deform {
     /// The vertices in a pose: morph targets first, then the skin.
-    pub fn of(&self, pose: &DeformPose) -> Vertices {
+    pub fn vertices(&self, pose: &DeformPose) -> Vertices {
         let vertices = 0..self.positions.len();
         let (mut positions, mut normals, mut tangents) = (Vec::new(), Vec::new(), Vec::new());
         for v in vertices.clone() {
@@ -129,7 +129,7 @@ impl Deform {
         sums
     }
 
-    /// The mean of the joints' matrices, row by row.
+    /// The weighted mean of the joints' matrices for vertex `v`, row by row.
     fn blended(&self, pose: &DeformPose, v: usize) -> [Vec4; 3] {
         let mut rows = [Vec4::ZERO; 3];
         for &(joint, weight) in &self.skin[v * self.influences..][..self.influences] {
@@ -140,7 +140,7 @@ impl Deform {
         rows
     }
 
-    /// Replaces the vertices, before the mesh's are taken, by those with the indices `from`, in that order.
+    /// Keeps only the vertices with the indices `from`, in that order. The mesh's own vertices are gathered later.
     pub fn gather(&mut self, from: &[u32]) {
         for target in &mut self.targets {
             gather(&mut target.positions, from);
@@ -158,7 +158,7 @@ impl Deform {
     }
 }
 
-/// Picks the values with the indices `from`, in that order. An empty list stays empty.
+/// Keeps only the values with the indices `from`, in that order. An empty list stays empty.
 fn gather<T: Copy>(values: &mut Vec<T>, from: &[u32]) {
     if !values.is_empty() {
         *values = from.iter().map(|&i| values[i as usize]).collect();
@@ -169,37 +169,38 @@ fn linear_of(rows: &[Vec3; 3], v: Vec3) -> Vec3 {
     Vec3::new(rows[0].dot(v), rows[1].dot(v), rows[2].dot(v))
 }
 
-/// The inverse transpose up to a factor that keeps its side, which flat scales have too.
+/// The normal `v`, transformed by the inverse transpose of the matrix up to a positive factor. It also exists for
+/// singular matrices.
 fn cofactor_of(rows: &[Vec3; 3], v: Vec3) -> Vec3 {
     Vec3::new(rows[1].cross(rows[2]).dot(v), rows[2].cross(rows[0]).dot(v), rows[0].cross(rows[1]).dot(v))
 }
 
 fn unit_or(v: Vec3, other: Vec3) -> Vec3 {
-    // Scaled first, so that no square overflows or vanishes.
+    // The rows are scaled first, so that no square overflows or vanishes.
     let largest = v.abs().max_element();
     if largest > 0.0 && largest.is_finite() { (v / largest).normalize() } else { other }
 }
 
 impl Mesh {
-    /// The mesh in a pose; itself where nothing deforms it.
+    /// The mesh in a pose; a reference to itself if nothing deforms it.
     pub fn posed(&self, pose: &Pose) -> Cow<'_, Self> {
         let Some(deform) = &self.deform else { return Cow::Borrowed(self) };
-        let (positions, normals, tangents) = deform.of(&pose.deforms[deform.deformer]);
+        let (positions, normals, tangents) = deform.vertices(&pose.deforms[deform.deformer]);
         Cow::Owned(Self { positions, normals, tangents, ..self.clone() })
     }
 
-    /// Its positions alone.
+    /// The positions of the mesh in a pose.
     pub fn posed_positions(&self, pose: &Pose) -> Cow<'_, [Vec3]> {
         match &self.deform {
-            Some(deform) => Cow::Owned(deform.of(&pose.deforms[deform.deformer]).0),
+            Some(deform) => Cow::Owned(deform.vertices(&pose.deforms[deform.deformer]).0),
             None => Cow::Borrowed(&self.positions),
         }
     }
 
-    /// Replaces the vertices by those with the indices `from`, in that order.
+    /// Keeps only the vertices with the indices `from`, in that order.
     pub(super) fn gather(&mut self, from: &[u32]) {
         if from.iter().copied().eq(0..self.positions.len() as u32) {
-            return; // as they are
+            return; // nothing changes
         }
         gather(&mut self.positions, from);
         gather(&mut self.normals, from);
@@ -211,13 +212,13 @@ impl Mesh {
         }
     }
 
-    /// Takes the vertices as they are for those that deform, and takes on the rest pose.
+    /// Takes the current vertices as the undeformed ones, and replaces them by those of the rest pose.
     pub fn rest_in(&mut self, pose: &DeformPose) {
         let Some(deform) = self.deform.as_mut().map(Arc::make_mut) else { return };
         deform.positions = std::mem::take(&mut self.positions);
         deform.normals = std::mem::take(&mut self.normals);
         deform.tangents = std::mem::take(&mut self.tangents);
-        (self.positions, self.normals, self.tangents) = deform.of(pose);
+        (self.positions, self.normals, self.tangents) = deform.vertices(pose);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Optional parts of a material from six extensions; few materials have any of them. Names are those of the
+//! Optional parts of a material, one for each of six extensions; few materials have any. Names are those of the
 //! specifications.
 
 use glam::{Affine2, Vec2, Vec3, Vec4};
@@ -11,7 +11,7 @@ use super::{Material, TextureRef};
 #[cfg_attr(not(internals), doc(hidden))]
 pub const SHEEN_ROUGHNESS_MIN: f32 = 0.07;
 
-/// The parts of a material that most do not have, one per extension; the default of each changes nothing.
+/// The optional parts of a material, one per extension; the default of each has no effect.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Finish {
     pub clearcoat: Clearcoat,
@@ -19,7 +19,7 @@ pub struct Finish {
     pub anisotropy: Anisotropy,
     pub iridescence: Iridescence,
     pub diffuse_transmission: DiffuseTransmission,
-    /// KHR_materials_dispersion: 20 over the Abbe number; 0 refracts all colours alike.
+    /// KHR_materials_dispersion: 20 over the Abbe number; 0 refracts all colours equally.
     pub dispersion: f32,
 }
 
@@ -104,7 +104,7 @@ impl Default for DiffuseTransmission {
 
 #[cfg_attr(not(internals), doc(hidden))]
 impl Finish {
-    /// All texture slots in a fixed order, the renderer's, with the colour space of each. The path tracer reads them at
+    /// All texture slots in the renderer's fixed order, with the colour space of each. The path tracer reads them at
     /// every hit.
     pub fn slots(&self) -> [(Option<TextureRef>, ColorSpace); 10] {
         use ColorSpace::{Linear, Srgb};
@@ -122,7 +122,7 @@ impl Finish {
         ]
     }
 
-    /// The slots of [`Self::slots`] in the same order, to be changed.
+    /// The slots of [`Self::slots`] in the same order, as mutable references.
     pub fn slots_mut(&mut self) -> [&mut Option<TextureRef>; 10] {
         [
             &mut self.clearcoat.texture,
@@ -138,7 +138,7 @@ impl Finish {
         ]
     }
 
-    /// At a point; `sample` reads a texture there, white where there is none.
+    /// The parameters at a point; `sample` reads a texture there, and returns white without one.
     #[cold]
     pub fn evaluate(&self, sample: impl Fn(&Option<TextureRef>, ColorSpace) -> Vec4) -> FinishParams {
         use ColorSpace::{Linear, Srgb};
@@ -203,7 +203,8 @@ impl FinishParams {
 /// KHR_materials_dispersion: the index of refraction of red (0), green or blue (2) light, at least 1. `ior` is green's.
 #[cfg_attr(not(internals), doc(hidden))]
 pub fn dispersed(ior: f32, dispersion: f32, channel: usize) -> f32 {
-    // Half the difference of the outer two, (ior − 1) / V / 2, where Abbe's number V is 20 / dispersion.
+    // Half the difference between the indices of red and blue, (ior − 1) / V / 2, with Abbe's number V = 20 /
+    // dispersion.
     let half_spread = (ior - 1.0) * 0.025 * dispersion;
     (ior + half_spread * (channel as f32 - 1.0)).max(1.0)
 }
@@ -218,7 +219,7 @@ impl Anisotropy {
 }
 
 impl Material {
-    /// The uv set, and its transform, along which a mesh without tangents gets them; `None` where nothing reads
+    /// The uv set, with its transform, that determines the generated tangents of a mesh; `None` if no texture needs
     /// tangents.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn tangent_uvs(&self) -> Option<(usize, Affine2)> {
@@ -228,7 +229,7 @@ impl Material {
         if let Some(slot) = self.normal_texture.or(of_anisotropy).or(of_clearcoat) {
             return Some((slot.uv_set, slot.transform));
         }
-        // KHR_materials_anisotropy leaves open which uvs count where no texture has any.
+        // KHR_materials_anisotropy does not say which uv set counts if no texture has one.
         finish.filter(|f| f.anisotropy.strength > 0.0).map(|_| (0, Affine2::IDENTITY))
     }
 }

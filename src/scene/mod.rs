@@ -37,30 +37,32 @@ use glam::{Affine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
 pub struct Scene {
     /// The name of the file without its extension, or a name given in code.
     pub name: String,
-    /// One per glTF primitive.
+    /// Meshes, one per glTF primitive.
     pub meshes: Vec<Mesh>,
-    /// Index 0 is always glTF's default material.
+    /// Materials; index 0 is always glTF's default material.
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
-    pub images: Vec<Image>,
+    pub images: Vec<TextureImage>,
     /// The node tree, parents before children.
     pub nodes: Vec<Node>,
     pub animations: Vec<Animation>,
     /// Skins and morph targets that deform meshes.
     pub deformers: Vec<deform::Deformer>,
-    /// Meshes, lights and cameras refer to nodes.
+    /// Instances of meshes. They refer to nodes, like lights and cameras.
     pub instances: Vec<Instance>,
     pub lights: Vec<Light>,
     pub cameras: Vec<Camera>,
-    /// Radiance from beyond the scene, mean over all directions. It is visible and it lights the scene.
+    /// Radiance of the sky, averaged over all directions. The sky is visible and lights the scene.
     pub sky: Vec3,
-    /// How much brighter the sky is straight up (+Y) than level, and darker straight down: at most [`Self::sky`].
+    /// The radiance that is added to the sky straight up (+Y) and subtracted straight down, at most [`Self::sky`]; 0 at
+    /// the horizon.
     pub sky_gradient: Vec3,
-    /// Radiance of the sky, direction by direction; its mean is [`Self::sky`]. [`Scene::set_sky_map`] sets both.
+    /// Radiance of the sky for each direction, with the mean [`Self::sky`]. [`Scene::set_sky_map`] sets both.
     pub sky_map: Option<Arc<sky::SkyMap>>,
-    /// How far the map is turned counter-clockwise, seen from above: in whole turns.
+    /// Counter-clockwise rotation of the map, seen from above, in whole turns.
     pub sky_turn: f32,
-    /// Whether pixels without a surface are transparent, and do not show the sky. It lights all the same.
+    /// Whether pixels without a surface are transparent instead of showing the sky. The sky lights the scene in both
+    /// cases.
     pub sky_unseen: bool,
     /// Hash of all bytes of the file, its buffers and its images, in hexadecimal.
     pub hash: String,
@@ -84,7 +86,7 @@ pub struct Mesh {
     /// 3 per triangle.
     pub indices: Vec<u32>,
     pub material: usize,
-    /// Where a skin or morph targets move vertices; those above are in the rest pose.
+    /// Skin and morph targets that move vertices; the attributes above are those of the rest pose.
     pub deform: Option<Arc<deform::Deform>>,
 }
 
@@ -129,7 +131,7 @@ pub struct Material {
     pub attenuation_color: Vec3,
     /// Metres; infinite without attenuation.
     pub attenuation_distance: f32,
-    /// Clearcoat, sheen and the like.
+    /// Clearcoat, sheen and other optional parts.
     pub finish: Option<Box<finish::Finish>>,
 }
 
@@ -207,7 +209,7 @@ pub enum Wrap {
     Clamp,
 }
 
-/// The use of mip levels in minification.
+/// How minification uses mip levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mip {
     /// Level 0 only.
@@ -218,7 +220,7 @@ pub enum Mip {
 
 /// 8-bit RGBA, rows from the top, as stored. The material slot decides between sRGB and linear.
 #[derive(Clone, Debug, Default)]
-pub struct Image {
+pub struct TextureImage {
     pub name: String,
     pub width: u32,
     pub height: u32,
@@ -297,11 +299,11 @@ pub struct Animation {
     /// Seconds.
     pub duration: f32,
     pub channels: Vec<Channel>,
-    /// Of morph targets.
+    /// Channels of morph targets' weights.
     pub weights: Vec<WeightChannel>,
 }
 
-/// Weights of a node's morph targets.
+/// The weights of a node's morph targets over time.
 #[derive(Clone, Debug)]
 pub struct WeightChannel {
     /// Index into [`Scene::deformers`].
@@ -315,12 +317,12 @@ pub struct WeightChannel {
     pub interpolation: Interpolation,
 }
 
-/// Animations of a scene that play, all at once. Where two set the same, the later one wins.
+/// The animations of a scene that play at the same time. If two set the same property, the later one wins.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Playback {
     /// Indices into [`Scene::animations`].
     pub animations: Vec<usize>,
-    /// Whether each begins anew when it ends; else its last key stays.
+    /// Whether each animation repeats; otherwise its last key stays.
     pub repeats: bool,
 }
 
@@ -358,7 +360,7 @@ pub struct Pose {
     pub world_from_camera: Vec<DAffine3>,
     /// In the order of [`Scene::deformers`].
     pub deforms: Vec<deform::DeformPose>,
-    /// The time within the animation in seconds: random numbers that turn in a sequence turn with it.
+    /// The time within the animation in seconds, on which random numbers of a sequence depend.
     pub time_s: f64,
 }
 
@@ -369,7 +371,7 @@ pub struct PosedLight {
     pub direction: DVec3,
 }
 
-/// A scene at one moment through one camera.
+/// A scene with a pose and a camera.
 #[derive(Clone, Copy)]
 pub struct Still<'a> {
     pub scene: &'a Scene,

@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::finish::SHEEN_ROUGHNESS_MIN;
 
-/// Λ of the visibility: a fit of the paper's.
+/// Λ of the visibility, fitted as in the paper.
 #[inline]
 fn lambda(alpha: f32, cos: f32) -> f32 {
     const SHARP: [f32; 5] = [25.3245, 3.32435, 0.16801, -1.27393, -4.85967];
@@ -20,7 +20,8 @@ fn lambda(alpha: f32, cos: f32) -> f32 {
     if cos < 0.5 { l(cos).exp() } else { (2.0 * l(0.5) - l(1.0 - cos)).exp() }
 }
 
-/// D · V of directions on the upper side, local with z along the normal: times the colour it is the lobe. 1/sr.
+/// D · V for directions on the upper side, in a local frame with z along the normal, in 1/sr. The lobe is this times
+/// the colour.
 pub fn lobe(roughness: f32, wo: Vec3, wi: Vec3) -> f32 {
     let alpha = roughness * roughness;
     let h = (wo + wi).normalize();
@@ -33,23 +34,23 @@ pub fn lobe(roughness: f32, wo: Vec3, wi: Vec3) -> f32 {
 /// Steps of the table along each axis.
 pub const STEPS: usize = 32;
 
-/// Share of light from all around that a white lobe sends to a viewer; more than 1 near grazing below a roughness of
-/// 0.25: by roughness from the least to 1, then by the viewer's cosine to the normal, whose steps narrow towards
-/// grazing: (i / `STEPS`)².
+/// The share of uniform light from all directions that a white lobe reflects to a viewer; more than 1 near grazing
+/// below a roughness of 0.25. Rows are roughnesses from the minimum to 1, columns the viewer's cosine to the normal
+/// with steps that narrow towards grazing: (i / `STEPS`)².
 pub static ALBEDO: LazyLock<Vec<[f32; STEPS + 1]>> = LazyLock::new(|| {
     let roughness = |row: usize| SHEEN_ROUGHNESS_MIN + (1.0 - SHEEN_ROUGHNESS_MIN) * row as f32 / STEPS as f32;
     let cos = |column: usize| (column as f32 / STEPS as f32).powi(2).max(1e-4);
     (0..=STEPS).map(|row| std::array::from_fn(|column| integrated(roughness(row), cos(column)))).collect()
 });
 
-/// Share of light from all around that a white sheen keeps from what lies below it, by the same steps: the mean over
-/// the light's directions of the larger of the two directions' albedos, at most 1.
+/// The share of uniform light from all directions that a white sheen keeps from the layers below, by the same steps:
+/// the mean over the light's directions of the larger of the two directions' albedos, at most 1.
 pub static TAKEN: LazyLock<Vec<[f32; STEPS + 1]>> = LazyLock::new(|| {
     const HEIGHTS: usize = 64;
     let row = |albedos: &[f32; STEPS + 1]| {
         std::array::from_fn(|column| {
             let taken = |i: usize| {
-                // Cosine-weighted: cos² is even.
+                // With cosine-weighted samples, cos² is uniform.
                 let cos = ((i as f32 + 0.5) / HEIGHTS as f32).sqrt();
                 albedos[column].max(between(albedos, cos.sqrt())).min(1.0)
             };
@@ -59,7 +60,7 @@ pub static TAKEN: LazyLock<Vec<[f32; STEPS + 1]>> = LazyLock::new(|| {
     ALBEDO.iter().map(row).collect()
 });
 
-/// A step of a table below a place from 0 to 1, and how far beyond it that is.
+/// The step of a table below a position from 0 to 1, and the fraction beyond it.
 fn step(x: f32) -> (usize, f32) {
     let x = x.clamp(0.0, 1.0) * STEPS as f32;
     let low = (x as usize).min(STEPS - 1);
@@ -78,8 +79,8 @@ pub fn albedo(roughness: f32, cos: f32) -> f32 {
     a + (b - a) * part
 }
 
-/// The albedo by a midpoint rule over the hemisphere. Heights are squared twice: much of the light comes from the
-/// horizon.
+/// The albedo by a midpoint rule over the hemisphere. Heights are squared twice, because much of the light comes from
+/// the horizon.
 fn integrated(roughness: f32, cos: f32) -> f32 {
     const HEIGHTS: usize = 96;
     const TURNS: usize = 96;
@@ -90,7 +91,7 @@ fn integrated(roughness: f32, cos: f32) -> f32 {
         let (z, step) = (u * u, 2.0 * u / HEIGHTS as f32);
         let r = (1.0 - z * z).sqrt();
         for k in 0..TURNS {
-            // Half a turn: the other half is the same.
+            // Half a turn suffices by symmetry.
             let (sin, cos) = (PI * (k as f32 + 0.5) / TURNS as f32).sin_cos();
             let wi = Vec3::new(r * cos, r * sin, z);
             sum += lobe(roughness, wo, wi) * z * step;

@@ -1,4 +1,4 @@
-//! A studio for a scene that has no light: an environment with softboxes, a directional light, and a ground that takes
+//! A studio for a scene without light: an environment with softboxes, a directional light, and a ground that receives
 //! shadows.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
@@ -10,7 +10,7 @@ use super::{Bounds, LightKind, Material, Mesh, Scene, View};
 
 /// Irradiance of the directional light: a white surface that faces it reflects 1/√2 of radiance.
 const IRRADIANCE: f64 = PI * FRAC_1_SQRT_2;
-/// Tangent of its half angle, 3°.
+/// Tangent of the directional light's half angle, 3°.
 const LIGHT_RADIUS: f32 = 0.05;
 /// Reflectance of the ground.
 const ALBEDO: f32 = 0.5;
@@ -21,14 +21,14 @@ const GROUND_SIDE: f64 = 8.0;
 const GROUND_BELOW: f64 = 1e-3;
 /// Radiance of the walls, above the horizon and straight up.
 const WALLS: [f64; 2] = [0.45, 0.3];
-/// Sine of the elevation at which the walls take over from the ground's radiance.
+/// Sine of the elevation at which the radiance of the ground has changed to that of the walls.
 const SWEEP: f64 = 0.35;
-/// Radiance below the horizon where there is no ground: at the horizon and straight down.
+/// Radiance below the horizon without a ground: at the horizon and straight down.
 const DARK_FLOOR: [f64; 2] = [0.3, 0.1];
 /// Texels of the environment.
 const SIZE: [usize; 2] = [256, 128];
 
-/// A soft rectangle of light far away.
+/// A rectangle of light at infinity with soft edges.
 struct Softbox {
     /// Unit, from the scene.
     towards: DVec3,
@@ -38,7 +38,7 @@ struct Softbox {
 }
 
 impl Softbox {
-    /// Its share of the radiance that comes from unit d, without a step at its edges.
+    /// Its contribution to the radiance from the unit direction d, between 0 and 1, with smooth edges.
     fn at(&self, d: DVec3) -> f64 {
         let ahead = d.dot(self.towards);
         if ahead <= 0.0 {
@@ -51,37 +51,37 @@ impl Softbox {
     }
 }
 
-/// From 0 to 1 without a corner at either end.
+/// A smooth step from 0 to 1 with zero slope at both ends.
 fn smooth_step(t: f64) -> f64 {
     let t = t.clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// The environment about a view.
+/// The environment of a view.
 struct Environment {
     boxes: [Softbox; 3],
-    /// Radiance of the ground far from the scene, where there is one.
+    /// Radiance of the ground far from the scene, if there is a ground.
     ground: Option<f64>,
 }
 
 impl Environment {
-    /// `light`: the direction in which the directional light shines.
+    /// `light` is the direction in which the directional light shines.
     fn new(view: &View, light: DVec3) -> Self {
         let level = |d: DVec3| (d - DVec3::Y * d.y).try_normalize();
-        // A view straight down or up has its horizon along its own up.
+        // A view straight down or up uses its own up vector for the horizon.
         let ahead = level(view.forward).or_else(|| level(view.up)).unwrap_or(DVec3::NEG_Z);
         let right = ahead.cross(DVec3::Y);
         let at = |side: f64, up: f64, forward: f64| (side * right + up * DVec3::Y + forward * ahead).normalize();
         let boxes = [
             Softbox { towards: -light, half: [0.5, 0.5], radiance: 3.0 },
-            // A strip at the right, and one high behind what is seen.
+            // One strip is at the right, and one is high behind the scene.
             Softbox { towards: at(1.0, 0.45, -0.3), half: [0.16, 0.6], radiance: 2.0 },
             Softbox { towards: at(-0.3, 1.1, 0.9), half: [0.7, 0.16], radiance: 2.0 },
         ];
         Self { boxes, ground: None }
     }
 
-    /// Radiance from unit d.
+    /// Radiance from the unit direction d.
     fn at(&self, d: DVec3) -> f64 {
         let mix = |ends: [f64; 2], t: f64| ends[0] + (ends[1] - ends[0]) * t;
         if d.y < 0.0 {
@@ -105,9 +105,9 @@ impl Environment {
 
 impl Scene {
     /// Adds a studio for `view`: an environment, a directional light from the upper left behind the viewer, and with
-    /// `ground` a floor below `bounds`, the scene's own, whose radiance far away is that of the environment below the
-    /// horizon, so that its edge does not show. Returns a sentence about them. Existing poses do not include what is
-    /// added.
+    /// `ground` a floor below `bounds`, the bounds of the scene. The environment below the horizon has the radiance of
+    /// the floor, so that the floor's edge is invisible. Returns a sentence about the additions. Existing poses do not
+    /// include them.
     pub fn add_studio(&mut self, view: &View, bounds: Bounds, ground: bool) -> String {
         let direction = (view.forward + 0.5 * view.right() - view.up).normalize();
         let rotation = DQuat::from_rotation_arc(DVec3::NEG_Z, direction);
@@ -117,8 +117,8 @@ impl Scene {
         self.lights[light].radius = LIGHT_RADIUS;
         let mut environment = Environment::new(view, direction);
         if ground {
-            // The environment near the horizon depends on the ground's radiance, little: this converges by a tenth a
-            // step.
+            // The environment near the horizon depends weakly on the ground's radiance, so the error shrinks to a tenth
+            // in each step.
             for _ in 0..12 {
                 let all = environment.irradiance() + IRRADIANCE * (-direction.y).max(0.0);
                 environment.ground = Some(f64::from(ALBEDO) / PI * all);
@@ -140,7 +140,7 @@ impl Scene {
         )
     }
 
-    /// Adds a grey floor below `bounds`, the scene's own; at the origin where these are empty.
+    /// Adds a grey floor below `bounds`, the bounds of the scene, or at the origin if they are empty.
     pub fn add_ground(&mut self, bounds: Bounds) {
         let radius = bounds.radius();
         let half = (GROUND_SIDE * radius) as f32;
@@ -157,7 +157,8 @@ impl Scene {
 mod tests {
     use super::*;
 
-    /// The ground's radiance is its albedo over π times its irradiance, here by other directions than the map's texels.
+    /// The ground's radiance is its albedo over π times its irradiance, integrated here over other directions than the
+    /// map's texels.
     #[test]
     fn below_the_horizon_lies_the_radiance_of_the_ground() {
         let view = View::look_at(DVec3::new(1.0, 1.5, 3.0), DVec3::ZERO, DVec3::Y, 0.8);
@@ -169,7 +170,7 @@ mod tests {
         // From the upper left behind the camera: it shines right, down and away.
         assert!(light.dot(view.right()) > 0.0 && light.y < 0.0 && light.dot(view.forward) > 0.0);
         const SIDE: usize = 400;
-        // Squares of a disc, lifted to the hemisphere, are weighted by the cosine.
+        // Squares of a disc, projected to the hemisphere, are cosine-weighted.
         let disc = |i: usize| ((i as f64 + 0.5) / SIDE as f64 - 0.5) * 2.0;
         let squares = (0..SIDE * SIDE).map(|i| (disc(i % SIDE), disc(i / SIDE)));
         let inside = squares.filter(|(x, z)| x * x + z * z < 1.0);

@@ -1,4 +1,4 @@
-//! Surface evaluation for the renderer and the reference: visible sides, material parameters, normals, falloff of
+//! Surface evaluation for the renderer and the reference: visible sides, material parameters, normals, and falloff of
 //! lights.
 //!
 //! Formulas: glTF 2.0 appendix B and the KHR_materials extensions.
@@ -9,7 +9,7 @@ use super::finish::FinishParams;
 use super::texture::{ColorSpace, Sampling};
 use super::{Alpha, Material, Scene};
 
-/// The least roughness, practically a mirror: α = 10⁻⁴ keeps the peak of GGX within f32.
+/// The minimum roughness, practically a mirror: α = 10⁻⁴ keeps the peak of GGX within f32.
 pub(super) const ROUGHNESS_MIN: f32 = 0.01;
 
 /// Interpolated attributes at a point of a surface, and the filter footprint there.
@@ -57,7 +57,7 @@ pub struct SurfaceParams {
 
 #[cfg_attr(not(internals), doc(hidden))]
 impl Material {
-    /// Whether a ray may pass through its triangles.
+    /// Whether rays may pass through triangles of the material.
     pub fn lets_rays_pass(&self) -> bool {
         self.alpha != Alpha::Opaque || self.transmission > 0.0
     }
@@ -101,7 +101,7 @@ impl Material {
         }
     }
 
-    /// Only [`SurfaceParams::opacity`], for rays that pass the surface.
+    /// The [`SurfaceParams::opacity`] alone, for rays that may pass the surface.
     pub fn opacity(&self, scene: &Scene, textures: &impl Sampling, point: &SurfacePoint) -> f32 {
         if self.alpha == Alpha::Opaque {
             return 1.0;

@@ -1,4 +1,4 @@
-//! Mip chains and their sampling on the CPU. The GPU gets the same bytes.
+//! Mip chains and their sampling on the CPU. The GPU uses the same bytes.
 //!
 //! Levels are filtered in linear light: sRGB colours are decoded, box-filtered in f32 and encoded again; alpha is
 //! always linear. Each level is computed from the values of the level above before their rounding to 8 bits.
@@ -12,9 +12,9 @@ use rayon::prelude::*;
 pub use crate::color::{linear_from_srgb, srgb_from_linear};
 
 use super::surface::SurfacePoint;
-use super::{Image, Material, Mip, Scene, Texture, TextureRef, Wrap};
+use super::{Material, Mip, Scene, Texture, TextureImage, TextureRef, Wrap};
 
-/// The encoding of a slot's texels. Different slots may use one image in both ways.
+/// The encoding of a slot's texels. One image may be used with both encodings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ColorSpace {
     /// Red, green and blue are sRGB-encoded; alpha is linear.
@@ -49,7 +49,7 @@ fn byte(x: f32) -> u8 {
     (x.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }
 
-/// The least value that gives each byte of a colour that is sRGB-encoded.
+/// The smallest linear value that rounds to each byte of an sRGB-encoded colour.
 static SRGB_LEAST: LazyLock<[f32; 256]> = LazyLock::new(|| {
     std::array::from_fn(|b| {
         // Positive numbers have the order of their bits.
@@ -66,7 +66,7 @@ static SRGB_LEAST: LazyLock<[f32; 256]> = LazyLock::new(|| {
     })
 });
 
-/// `byte(srgb_from_linear(x))` without a power: most of the time that mips take would go into these.
+/// `byte(srgb_from_linear(x))` without a power function, which would dominate the time of mip generation.
 #[inline(always)]
 fn srgb_byte(least: &[f32; 256], x: f32) -> u8 {
     (least[1..].partition_point(|&least| least <= x)) as u8
@@ -89,7 +89,7 @@ pub struct MipChain {
 }
 
 impl MipChain {
-    pub fn new(image: &Image, space: ColorSpace) -> Self {
+    pub fn new(image: &TextureImage, space: ColorSpace) -> Self {
         let mut levels = vec![Level { width: image.width, height: image.height, rgba: image.rgba.clone() }];
         let mut size = [image.width as usize, image.height as usize];
         let mut texels: Vec<Vec4> = Vec::new();
@@ -144,16 +144,16 @@ impl MipChain {
 pub struct Lookup<'a> {
     pub texture: &'a Texture,
     pub uv: Vec2,
-    /// Bilinear between four texels, else the nearest texel.
+    /// Whether the lookup is bilinear between four texels; otherwise it takes the nearest texel.
     pub linear: bool,
 }
 
 impl Lookup<'_> {
-    /// The filtered value in an image of `size` texels, of which `texel` gives each by column and row.
+    /// The filtered value in an image of `size` texels; `texel` returns a texel by column and row.
     #[inline]
     pub fn filtered(self, size: [u32; 2], texel: impl Fn(usize, usize) -> Vec4) -> Vec4 {
         let Self { texture, uv, linear } = self;
-        // Whole periods do not change the result and cost precision far from 0.
+        // Whole periods do not change the result, but cost precision far from 0.
         let reduce = |wrap: Wrap, x: f32| match wrap {
             Wrap::Repeat => x - x.floor(),
             Wrap::Mirror => x - 2.0 * (0.5 * x).floor(),
@@ -174,7 +174,7 @@ impl Lookup<'_> {
     }
 }
 
-/// `table`: of [`ColorSpace::table`]. Inlined, since most of the time that mips take goes into this.
+/// `table` is from [`ColorSpace::table`]. The function is inlined, because it dominates the time of mip generation.
 #[inline(always)]
 fn decode(table: &[f32; 256], texel: &[u8]) -> Vec4 {
     Vec4::new(
@@ -210,11 +210,11 @@ fn wrap(wrap: Wrap, x: f32, size: u32) -> usize {
     texel as usize
 }
 
-/// The next level in linear light: `texel` gives the texels of this level by number, row by row; the sizes are this and
-/// the next level's. Each texel is the mean over the area that it covers in this level. For odd sizes that includes
+/// The next level in linear light. `texel` returns texels of this level by number, row by row, and the sizes are those
+/// of this and the next level. Each new texel is the mean over the area that it covers. For odd sizes that includes
 /// parts of texels, so that no row or column is lost and the image does not shift.
 fn halved(size: [usize; 2], half: [usize; 2], texel: impl Fn(usize) -> Vec4) -> Vec<Vec4> {
-    // Most sizes are even: the same sums, without lists of what each texel covers.
+    // Most sizes are even. This gives the same sums without lists of covered texels.
     if size == half.map(|n| 2 * n) {
         let pair = |at: usize| (texel(at) * 0.5 + texel(at + 1) * 0.5) * 0.5;
         let mean = |x: usize, y: usize| pair(2 * (y * size[0] + x)) + pair((2 * y + 1) * size[0] + 2 * x);
@@ -235,7 +235,7 @@ fn halved(size: [usize; 2], half: [usize; 2], texel: impl Fn(usize) -> Vec4) -> 
     (0..half[0] * half[1]).map(|at| mean(at % half[0], at / half[0])).collect()
 }
 
-/// The old texels that new texel `i` covers, and their weights. In integers: an old texel is `to` wide, a new one
+/// The old texels that new texel `i` covers, and their weights. In integers, an old texel is `to` wide and a new one
 /// `from`.
 fn coverage(i: usize, from: usize, to: usize) -> Vec<(usize, f32)> {
     let (start, end) = (i * from, (i + 1) * from);
@@ -250,8 +250,8 @@ pub struct Textures {
 }
 
 impl Textures {
-    /// Computes the chains that these of the scene's materials use, in parallel.
-    pub fn of<'m>(scene: &Scene, materials: impl IntoIterator<Item = &'m Material>) -> Self {
+    /// Computes the mip chains that `materials` use, in parallel.
+    pub fn of_materials<'m>(scene: &Scene, materials: impl IntoIterator<Item = &'m Material>) -> Self {
         let slots = materials.into_iter().flat_map(Material::texture_slots);
         let used: BTreeSet<_> = slots.map(|(slot, space)| (scene.textures[slot.texture].image, space)).collect();
         let make = |key: (usize, ColorSpace)| (key, MipChain::new(&scene.images[key.0], key.1));
@@ -259,10 +259,10 @@ impl Textures {
     }
 }
 
-/// Texture sampling, by which materials are evaluated.
+/// Texture sampling for the evaluation of materials.
 pub trait Sampling {
-    /// The texture of `slot` at the point's uv, filtered over its footprint; without one white, which leaves the factor
-    /// alone.
+    /// The texture of `slot` at the point's uv, filtered over its footprint; white without a texture, so that only the
+    /// factor counts.
     fn sample(&self, scene: &Scene, slot: Option<&TextureRef>, space: ColorSpace, point: &SurfacePoint) -> Vec4;
 }
 
@@ -280,14 +280,14 @@ impl TextureRef {
     /// The mip level at which a square of `footprint` uv units (before the transform) is one texel wide in the
     /// geometric mean of both axes. Not clamped; −∞ for a footprint of 0.
     #[cfg_attr(not(internals), doc(hidden))]
-    pub fn level(&self, image: &Image, footprint: f32) -> f32 {
+    pub fn level(&self, image: &TextureImage, footprint: f32) -> f32 {
         let texels = image.width as f32 * image.height as f32 * self.transform.matrix2.determinant().abs();
         (footprint * texels.sqrt()).log2()
     }
 }
 
 impl Material {
-    /// The texture slots that the device reads, in a fixed order, the renderer's, with the colour space of each.
+    /// The texture slots that the device reads, in the renderer's fixed order, with the colour space of each.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn slots(&self) -> [(Option<TextureRef>, ColorSpace); 8] {
         use ColorSpace::{Linear, Srgb};
@@ -303,14 +303,14 @@ impl Material {
         ]
     }
 
-    /// Every texture that is drawn and the colour space of its slot.
+    /// Every drawn texture and the colour space of its slot.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn drawn_slots(&self) -> impl Iterator<Item = (TextureRef, ColorSpace)> {
         let finish = self.finish.iter().flat_map(|finish| finish.slots());
         self.slots().into_iter().chain(finish).filter_map(|(slot, space)| Some((slot?, space)))
     }
 
-    /// Every used texture and the colour space of its slot: that of occlusion too, which is known and not drawn.
+    /// Every used texture and the colour space of its slot, including occlusion, which is read and not drawn.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn texture_slots(&self) -> impl Iterator<Item = (TextureRef, ColorSpace)> {
         self.drawn_slots().chain(self.occlusion_texture.map(|slot| (slot, ColorSpace::Linear)))

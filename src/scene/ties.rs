@@ -1,22 +1,22 @@
-//! Boxes for the builder of trees, obvhs. It joins boxes in pairs that find each other the nearest; where all are
-//! equally near, as in a row of equal triangles or in a heap of them at one place, one pair does, and building takes
-//! the square of their number.
+//! Breaks ties between boxes for the tree builder obvhs. It joins pairs of boxes that are each other's nearest
+//! neighbours. If all are equally near, as in a row of equal triangles or many at one place, it joins only one pair per
+//! step, and building takes quadratic time.
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 
-/// Boxes that may be alike: so few cost nothing.
+/// The number of equal boxes that is tolerated, because so few cost nothing.
 const MANY: u8 = 16;
-/// How much larger a box becomes at most, of its size and in any case, where the scene is 1024 wide: what rounding
-/// leaves.
+/// The maximum growth of a box, relative to its size and absolute in a scene that is 1024 wide. It exceeds rounding
+/// errors.
 const SHARE: f32 = 0.02;
 const LEAST: f32 = 1.0 / 4096.0;
-/// Lower bound of the growth of boxes at one place, which differ by nothing else.
+/// Lower bound of the growth of boxes at one place, which have no other difference.
 const LEAST_OF_SAME: f32 = 1.0 / 64.0;
 
-/// Makes boxes a little larger, each by another amount, of which there are many of the same size.
+/// Enlarges each of many boxes of equal size by another small amount.
 pub(crate) fn break_ties(boxes: &mut [Aabb]) {
-    let (mut sizes, mut places) = (Counts::new(boxes.len()), Counts::new(boxes.len()));
+    let (mut sizes, mut places) = (HashCounts::new(boxes.len()), HashCounts::new(boxes.len()));
     for (index, aabb) in boxes.iter_mut().enumerate() {
         let size = aabb.max - aabb.min;
         let same = places.many([aabb.min, aabb.max].map(|corner| corner.to_array()).as_flattened());
@@ -31,15 +31,15 @@ pub(crate) fn break_ties(boxes: &mut [Aabb]) {
     }
 }
 
-/// How often numbers were seen, up to a hash.
-struct Counts(Vec<u8>);
+/// Counts of numbers, by hash.
+struct HashCounts(Vec<u8>);
 
-impl Counts {
+impl HashCounts {
     fn new(most: usize) -> Self {
         Self(vec![0; most.next_power_of_two()])
     }
 
-    /// Whether these numbers were seen many times.
+    /// Whether these numbers were counted many times.
     fn many(&mut self, numbers: &[f32]) -> bool {
         let hash = numbers.iter().fold(0, |hash, number| mixed(hash ^ u64::from(number.to_bits())));
         let slot = hash as usize & (self.0.len() - 1);
@@ -48,7 +48,7 @@ impl Counts {
     }
 }
 
-/// Every bit of the result depends on every bit (the finaliser of SplitMix64).
+/// A hash in which every bit depends on every input bit (the finaliser of SplitMix64).
 fn mixed(number: u64) -> u64 {
     let number = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let number = (number ^ number >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -76,7 +76,7 @@ mod tests {
             break_ties(&mut grown);
             let by = |(a, b): (&Aabb, &Aabb)| (b.min - a.min).max(a.max - b.max).max_element();
             let by: Vec<f32> = grown.iter().zip(&many).map(by).collect();
-            // Rounding of the sides.
+            // The tolerance covers rounding of the sides.
             assert!(by[16..].iter().all(|by| *by > 0.0 && *by <= most + 1e-4), "{by:?}");
             assert!(by[17..].windows(2).all(|by| by[0] != by[1]), "{by:?}");
         }

@@ -1,18 +1,18 @@
-//! Where the grid stands.
+//! The place of the grid.
 
 use super::auto::Either;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// In files a point, `"auto"` or `"camera"`.
+/// The centre of the grid: in files a point, `"auto"` or `"camera"`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Center {
-    /// About the scene's bounds.
+    /// The centre of the scene's bounds.
     #[default]
     Scene,
-    /// Its smallest voxels go with the camera.
+    /// The smallest voxels follow the camera.
     Camera,
-    /// World metres.
+    /// A point in metres in the world.
     Point([f64; 3]),
 }
 

@@ -1,7 +1,7 @@
-//! The settings that are one of a few words.
+//! Settings with a closed list of named values.
 
-/// Closed lists of named choices: parsed from and printed as the names used in files and flags. Shaders are given the
-/// place of a choice in its list.
+/// Closed lists of named choices, parsed from and printed as the names of files and flags. Shaders receive the index of
+/// a choice in its list.
 macro_rules! choices {
     ($($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $text:literal),+ $(,)? })+) => {$(
         $(#[$doc])*
@@ -9,7 +9,7 @@ macro_rules! choices {
         pub enum $name { $($(#[$vdoc])* #[serde(rename = $text)] $variant),+ }
 
         impl $name {
-            /// Every choice, in the order of the docs.
+            /// All choices in the order of the documentation.
             pub const ALL: &'static [Self] = &[$(Self::$variant),+];
 
             /// The name used in files and flags.
@@ -34,68 +34,68 @@ macro_rules! choices {
 pub(crate) use choices;
 
 choices! {
-    /// How much indirect light there is.
+    /// The number of indirect bounces.
     Bounces {
         One = "1", Two = "2",
-        /// Each frame starts from the stored light of the last one.
+        /// Each frame continues from the stored light of the previous one.
         All = "all",
     }
 
-    /// How triangles are recorded, and how every voxel that one touches is found.
+    /// The way in which triangles are recorded, and in which every voxel that a triangle touches is found.
     #[derive(Default)]
     Conservative {
         #[default]
-        /// Compute passes go through the columns of voxels about each triangle: on every device.
+        /// Compute passes visit the columns of voxels around each triangle, on every device.
         Compute = "compute",
-        /// As in the talk: a geometry shader dilates triangles, whose pixels are columns of voxels.
+        /// As in the talk, a geometry shader dilates triangles; pixels are columns of voxels.
         GeometryShader = "geometry-shader",
-        /// `VK_EXT_conservative_rasterization`, where a device has it.
+        /// `VK_EXT_conservative_rasterization`, if the device supports it.
         Hardware = "hardware",
     }
 
     /// Where the light of point, spot and directional lights is computed.
     DirectLight {
-        /// At every sample: shadows' edges are anti-aliased.
+        /// At every sample, so that edges of shadows are anti-aliased.
         Samples = "samples",
         /// Once per pixel and surface.
         Pixels = "pixels",
     }
 
-    /// At how many pixels diffuse light is gathered.
+    /// The resolution at which diffuse light is gathered.
     GatherResolution { Full = "full", Half = "half", Quarter = "quarter" }
 
-    /// How exact rays find triangles.
+    /// The way in which exact rays find triangles.
     #[derive(Default)]
     Tracer {
         #[default]
-        /// By queries where the device has them, else through the tree.
+        /// By ray queries if the device supports them, else through the tree.
         Auto = "auto",
-        /// Through a tree of boxes, by shaders: on every device.
+        /// By shaders through the program's own bounding volume hierarchy, on every device.
         Tree = "tree",
         /// By `VK_KHR_ray_query`.
         Query = "query",
     }
 
-    /// How lights are shadowed.
+    /// Shadows of lights.
     Shadows {
         None = "none",
-        /// By the method: the talk's shadow cones.
+        /// By the method, such as the talk's shadow cones.
         Method = "method",
         /// By exact rays.
         Rays = "rays",
     }
 
-    /// How emissive surfaces light the scene.
+    /// Light of emissive surfaces.
     LampLight {
         /// By the method's gathering alone, as in the talk: the first gather finds a lamp's light.
         Gathered = "gathered",
-        /// As area lights, shadowed by exact rays; the method does not gather their emission again.
+        /// As area lights with shadows by exact rays; the method does not gather their emission again.
         Sampled = "sampled",
     }
 }
 
 impl GatherResolution {
-    /// Pixels of the image per gathered one, along each side.
+    /// Pixels of the image per gathered pixel, along each side.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn scale(self) -> u32 {
         match self {
@@ -107,7 +107,7 @@ impl GatherResolution {
 }
 
 impl Bounces {
-    /// Bounces whose light a method stores.
+    /// The number of bounces whose light a method stores.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn stored(self) -> u32 {
         if self == Self::One { 1 } else { 2 }
@@ -115,7 +115,7 @@ impl Bounces {
 }
 
 impl Conservative {
-    /// The names, in the Vulkan specification, of what a device must have for it beside what every device must.
+    /// Names from the Vulkan specification of features that the choice needs in addition to those of every device.
     pub fn needs(self) -> &'static [&'static str] {
         match self {
             Self::Compute => &[],

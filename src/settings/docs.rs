@@ -17,10 +17,9 @@ pub fn markdown() -> String {
         page += &format!("- `{}`: {}\n", preset.name, preset.meaning);
     }
     page += "\n## Keys\n\n\
-         The column *value* begins with the value in the first preset that uses the key, which is `balanced` for common\n\
-         keys. Presets with other values follow, and *others* are all remaining ones that use the key. A range ends with\n\
-         the unit in brackets; counts are whole numbers. The first table of each part has the common settings, and the\n\
-         next ones those that `twobounce settings --all` adds.\n";
+         The column *value* begins with the value in the first preset that uses the key (`balanced` for common keys).\n\
+         Presets with other values follow; *others* are the remaining ones that use it. A range ends with its unit in\n\
+         brackets. Each part begins with the common settings; `twobounce settings --all` adds the next ones.\n";
     for part in std::iter::once(None).chain(Method::ALL.iter().copied().map(Some)) {
         let keys: Vec<&Key> = keys().iter().filter(|key| key.method() == part).collect();
         if !keys.is_empty() {

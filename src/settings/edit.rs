@@ -12,7 +12,7 @@ impl Settings {
     /// The preset called `name`.
     ///
     /// # Errors
-    /// [`Error::Usage`] with the nearest name if there is none.
+    /// [`Error::Usage`] that suggests the nearest name if there is no such preset.
     pub fn preset(name: &str) -> Result<Self> {
         let found = PRESETS.iter().find(|preset| preset.name == name);
         found.map(|preset| (preset.settings)()).ok_or_else(|| {
@@ -21,10 +21,10 @@ impl Settings {
         })
     }
 
-    /// Takes every key of a TOML text; keys that it does not name stay as they are.
+    /// Applies every key of a TOML text; other keys stay unchanged.
     ///
     /// # Errors
-    /// [`Error::Usage`], naming the line or the key, without the file's name.
+    /// [`Error::Usage`] that names the line or the key, without the file's name.
     pub fn merge_toml(&mut self, text: &str) -> Result<()> {
         let table: Table = text.parse().map_err(|e: toml::de::Error| {
             let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
@@ -36,7 +36,7 @@ impl Settings {
         self.replace(&leaves.map(|(name, value)| Ok((known(&name)?, value))).collect::<Result<Vec<_>>>()?)
     }
 
-    /// Takes one `key=value`, as from `--set`.
+    /// Applies one `key=value` of `--set`.
     ///
     /// # Errors
     /// [`Error::Usage`], naming the key.
@@ -48,15 +48,15 @@ impl Settings {
         self.replace(&[(key, parse(key, text.trim()))])
     }
 
-    /// Every key that has an effect and its value as TOML, in the order of [`keys()`]; the tables of other methods have
-    /// none. `merge_toml` of it gives settings that mean the same.
+    /// Every key that has an effect and its value as TOML, in the order of [`keys()`], without tables of other methods.
+    /// `merge_toml` of the text gives equivalent settings.
     pub fn to_toml(&self) -> String {
         let values = self.all_values().into_iter().filter(|(key, _)| key.has_effect(self.method));
         values.map(|(key, value)| format!("{} = {}\n", key.name, write(&value))).collect()
     }
 
-    /// Checks each value against its key, as every way to set one from text does: the fields are public and take any
-    /// value.
+    /// Checks each value against its key. Settings from text are checked already, but the fields are public and take
+    /// any value.
     ///
     /// # Errors
     /// [`Error::Usage`], naming the key.
@@ -64,19 +64,19 @@ impl Settings {
         self.all_values().iter().try_for_each(|(key, value)| check(key, value).map(drop))
     }
 
-    /// Whether both give the same image; tables of other methods may differ.
+    /// Whether both settings give the same image; tables of other methods may differ.
     pub fn means_same(&self, other: &Self) -> bool {
         self.to_toml() == other.to_toml()
     }
 
-    /// `key=value` of everything that has an effect and is different in `other`.
+    /// `key=value` of every setting that has an effect and differs in `other`.
     pub fn changes_from(&self, other: &Self) -> Vec<String> {
         let pairs = self.entries().into_iter().zip(other.entries());
         let changed = pairs.filter(|(own, other)| own.1 != other.1 && own.0.has_effect(self.method));
         changed.map(|((key, value), _)| format!("{}={value}", key.name)).collect()
     }
 
-    /// Every key and its value as the user would write it after `--set key=`, tables of other methods included.
+    /// Every key with its value in the form of `--set key=value`, including tables of other methods.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn entries(&self) -> Vec<(&'static Key, String)> {
         let bare = |value: &Value| match value {
@@ -98,7 +98,7 @@ impl Settings {
         leaves("", &tree).into_iter().collect()
     }
 
-    /// Puts checked values into the tree.
+    /// Writes checked values into the tree.
     fn replace(&mut self, changed: &[(&Key, Value)]) -> Result<()> {
         let mut leaves = self.leaves();
         for (key, value) in changed {
@@ -110,7 +110,7 @@ impl Settings {
     }
 }
 
-/// The leaves of a table by their dotted names; an empty table is one.
+/// The leaves of a table by their dotted names; an empty table is a leaf.
 fn leaves(prefix: &str, table: &Table) -> Vec<(String, Value)> {
     let below = |(name, value): (&String, &Value)| match value {
         Value::Table(inner) if !inner.is_empty() => leaves(&format!("{prefix}{name}."), inner),
@@ -119,7 +119,7 @@ fn leaves(prefix: &str, table: &Table) -> Vec<(String, Value)> {
     table.iter().flat_map(below).collect()
 }
 
-/// The key called `name`, or the nearest ones.
+/// The key called `name`, or an error with the nearest names.
 fn known(name: &str) -> Result<&'static Key> {
     Key::named(name).ok_or_else(|| {
         if let Some(inner) = first_of_group(name) {
@@ -137,7 +137,7 @@ fn first_of_group(name: &str) -> Option<&'static Key> {
     keys().iter().find(|key| key.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')))
 }
 
-/// "did you mean …?", or where to look if nothing is near. The last part of a dotted name counts as a name too.
+/// "did you mean …?", or where to look if no name is near. The last part of a dotted name counts as a name too.
 fn suggestion(name: &str, names: &[&str]) -> String {
     let near = |candidate: &str| {
         let whole = strsim::jaro_winkler(name, candidate);
@@ -145,13 +145,13 @@ fn suggestion(name: &str, names: &[&str]) -> String {
     };
     let best = names.iter().map(|n| (near(n), n)).max_by(|a, b| a.0.total_cmp(&b.0));
     match best {
-        // Below this, jaro_winkler pairs words that share little more than their length.
+        // Below this value, jaro_winkler pairs words that only have a similar length.
         Some((likeness, nearest)) if likeness > 0.75 => format!("did you mean {nearest:?}?"),
         _ => "`twobounce settings` lists what there is".into(),
     }
 }
 
-/// The text after `key=` in the type that the key takes; text that does not fit stays text, and `check` refuses it.
+/// The text after `key=` in the type of the key. Text of another type stays text, and `check` refuses it.
 fn parse(key: &Key, text: &str) -> Value {
     let number = |s: &str| s.trim().parse().ok().map(Value::Float);
     let parsed = match key.range {
@@ -166,7 +166,7 @@ fn parse(key: &Key, text: &str) -> Value {
     parsed.unwrap_or_else(|| Value::String(text.to_owned()))
 }
 
-/// The value in the form that the tree holds, or the sentence that says what the key takes.
+/// The value in the form of the tree, or a sentence about the values that the key takes.
 fn check(key: &Key, value: &Value) -> Result<Value> {
     let number = |v: &Value| v.as_float().or(v.as_integer().map(|i| i as f64));
     let within = |v: &Value, least: f64, most: f64| number(v).filter(|n| (least..=most).contains(n)).map(Value::Float);
@@ -176,7 +176,7 @@ fn check(key: &Key, value: &Value) -> Result<Value> {
     };
     let between = |least, most| whole(&|n| (least..=most).contains(n));
     let choice = |names: &[&str]| {
-        // `cones = 5` means the set called "5".
+        // `cones = 5` means the set with the name "5".
         let name = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
         names.contains(&name.as_str()).then_some(Value::String(name))
     };
@@ -207,7 +207,7 @@ fn check(key: &Key, value: &Value) -> Result<Value> {
     })
 }
 
-/// For a number or a truth value in quotes, which TOML takes for text.
+/// A hint for a number or a truth value in quotes, which TOML reads as text.
 fn unquoted(key: &Key, text: &str) -> Option<String> {
     let meant = Some(parse(key, text.trim_matches(['"', '\'']))).filter(|value| !value.is_str())?;
     check(key, &meant).ok().map(|_| format!(", which the quotes make a text: write {} without them", write(&meant)))
@@ -218,7 +218,7 @@ fn nearest_choice(given: &str, names: &[&str]) -> String {
     near.map_or(String::new(), |n| format!("; did you mean {n:?}?"))
 }
 
-/// TOML, with the shortest digits that give the same number: settings in f32 do not show an f64's tail.
+/// TOML with the shortest digits that give the same number, so that f32 settings do not show the digits of an f64.
 fn write(value: &Value) -> String {
     match value {
         Value::Float(v) if f64::from(*v as f32) == *v => {

@@ -1,4 +1,4 @@
-//! One row per setting: unit, range and cost. Parsing, checks, lists and docs all read it.
+//! The table of settings: unit, range and cost of each. Parsing, checks, lists and documentation use it.
 
 use std::sync::LazyLock;
 
@@ -8,32 +8,32 @@ use super::{Bounces, GridSettings, ImageSettings, LightSettings};
 /// Description of one setting, as `twobounce settings` prints it.
 #[derive(Clone, Copy, Debug)]
 pub struct Key {
-    /// Dotted, as in `--set image.samples=1`.
+    /// The dotted name, as in `--set image.samples=1`.
     pub name: &'static str,
     pub unit: &'static str,
     pub range: Range,
-    /// Effect of the setting, and the choices where there are some.
+    /// Effect of the setting, and its choices.
     pub meaning: &'static str,
-    /// Cost of a larger value, or of the dearer choice.
+    /// The cost of a larger value or of a more expensive choice.
     pub cost: &'static str,
-    /// Shown only with `--all`: the ledger, the talk's variants, and what is rarely changed.
+    /// Whether only `--all` shows the setting: the ledger, the talk's variants, and rarely changed ones.
     pub rare: bool,
 }
 
-/// The values that a setting takes.
+/// The values of a setting.
 #[derive(Clone, Copy, Debug)]
 pub enum Range {
     Bool,
     Choice(fn() -> Vec<&'static str>),
-    /// A whole number between these, both included.
+    /// A whole number in an inclusive range.
     Whole(u32, u32),
     /// As [`Self::Whole`], or `auto`.
     WholeOrAuto(u32, u32),
-    /// A power of two between these, both included.
+    /// A power of two in an inclusive range.
     PowerOfTwo(u32, u32),
     /// One of these whole numbers.
     OneOf(&'static [u32]),
-    /// A finite number between these, both included.
+    /// A finite number in an inclusive range.
     Number(f64, f64),
     /// As [`Self::Number`], or `auto`.
     NumberOrAuto(f64, f64),
@@ -95,7 +95,8 @@ pub(crate) const fn rare(key: Key) -> Key {
     Key { rare: true, ..key }
 }
 
-/// Tables of settings: each field with its type, its default, and what [`Key`] says of it, then the tables within it.
+/// Declares tables of settings: each field with its type, its default and the texts of [`Key`], followed by nested
+/// tables.
 macro_rules! table {
     ($($(#[$doc:meta])* $name:ident as $table:literal {$(
         $(#[$field_attribute:meta])*
@@ -150,7 +151,7 @@ const TOP: &[Key] = &[
         "bounces",
         "bounces",
         names!(Bounces),
-        "indirect bounces; all: each frame continues the light of the last one. The first frame repeats until the light changes by less than 0.1 %, at most 64 times",
+        "indirect bounces; all: each frame continues the light of the last one, and the first repeats until the light has converged",
         "2 also shades and stores a second bounce; all: two bounces a frame, with rays one, and none once a still scene \
          has converged",
     ),
@@ -161,7 +162,7 @@ static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
     shared.chain(tables_keys()).copied().collect()
 });
 
-/// Every setting, in the order of the tree: what all methods share, then one table per method.
+/// Every setting in the order of the tree: those of all methods, then one table per method.
 pub fn keys() -> &'static [Key] {
     &KEYS
 }
@@ -172,13 +173,13 @@ impl Key {
         keys().iter().find(|k| k.name == name)
     }
 
-    /// The method whose table has the setting.
+    /// The method whose table contains the setting.
     pub fn method(&self) -> Option<Method> {
         let table = self.name.split_once('.')?.0;
         Method::ALL.iter().copied().find(|method| method.name() == table)
     }
 
-    /// Whether the setting changes anything with this method. Every method may have rays to lights.
+    /// Whether the setting has an effect with this method. Every method can use rays to lights.
     pub fn has_effect(&self, method: Method) -> bool {
         self.method().is_none_or(|own| own == method) || self.name == "rays.tracer"
     }

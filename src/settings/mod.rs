@@ -1,7 +1,7 @@
 //! The settings: meaning, unit, range and cost of every key, and the presets.
 //!
 //! Shared settings are in `src/settings/tables.rs`; each method has its own table (`src/settings/methods/`). Lengths
-//! inside the grid are counted in voxels, so that a scene scaled or moved gives the same image.
+//! within the grid are in voxels, so that a scaled or moved scene gives the same image.
 
 mod center;
 mod choices;
@@ -65,7 +65,7 @@ impl Default for Settings {
     }
 }
 
-/// `"auto"` means an absent value, so that files and lists can have it.
+/// Serialises an absent value as `"auto"` in files and lists.
 pub(crate) mod auto {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

@@ -1,10 +1,10 @@
-//! Presets: settings with a name, each written as what it changes of another.
+//! Presets: named settings, each defined by its differences from another preset.
 
 use super::methods::cones::choices::ConeSet;
 use super::methods::{cones, lpv, photons, rays};
 use super::{Conservative, GatherResolution, LampLight, Method, Settings, Shadows};
 
-/// Settings with a name.
+/// Named settings.
 #[derive(Clone, Copy, Debug)]
 pub struct Preset {
     pub name: &'static str,
@@ -13,7 +13,7 @@ pub struct Preset {
     pub settings: fn() -> Settings,
 }
 
-/// Every preset. The first is what the command line takes where none is named.
+/// Every preset. The first one is the default of the command line.
 pub const PRESETS: &[Preset] = &[
     preset("balanced", Settings::default, "14 shared rays for every 4 pixels, lamps sampled"),
     preset("fast", Settings::fast, "9 shared rays for every 16 pixels, lamps sampled, one sample per pixel"),
@@ -37,7 +37,7 @@ const fn preset(name: &'static str, settings: fn() -> Settings, meaning: &'stati
 }
 
 impl Settings {
-    /// Nine rays at every fourth pixel along each side, edges as they fall.
+    /// Nine rays at every fourth pixel along each side, and edges without anti-aliasing.
     pub fn fast() -> Self {
         let mut fast = Self::default();
         fast.lights.shadow_rays = 1;
@@ -59,7 +59,7 @@ impl Settings {
         accurate
     }
 
-    /// Cones alone, as right as they get.
+    /// Cones with the most accurate settings.
     pub fn cones() -> Self {
         let mut cones = Self { method: Method::Cones, ..Self::default() };
         cones.lights.shadow_rays = 1;
@@ -69,7 +69,7 @@ impl Settings {
         cones
     }
 
-    /// The talk as printed, where it can run.
+    /// The talk as printed, as far as it can run.
     pub fn printed() -> Self {
         let mut printed = Self::cones();
         printed.lights.shadows = Shadows::Method;
@@ -79,20 +79,20 @@ impl Settings {
         printed
     }
 
-    /// Light propagation, its faults mended where they can be.
+    /// Light propagation volumes with the source's errors corrected where that is possible.
     pub fn lpv() -> Self {
         let mut lpv = Self { method: Method::Lpv, ..Self::default() };
         lpv.lights.shadow_rays = 1;
-        // Nothing but shadow rays goes through the base grid.
+        // Only shadow rays use the base grid.
         lpv.voxels = 64;
-        // A cell averages over its whole list, and neighbours have nothing to share; its light is as smooth as cells
-        // are large.
+        // A cell averages over its whole list, so sharing among neighbours would not help; its light is as smooth as
+        // cells are large.
         lpv.image.interleave = 1;
         lpv.image.gather_resolution = GatherResolution::Quarter;
         lpv
     }
 
-    /// Light propagation as the source has it, by its page and what its author published; the rest is as in
+    /// Light propagation as in the source: its page and its author's other publications. Everything else is as in
     /// [`Settings::lpv`].
     pub fn lpv_printed() -> Self {
         let mut printed = Self::lpv();
@@ -102,28 +102,28 @@ impl Settings {
         printed
     }
 
-    /// The talk's, every row of the ledger right.
+    /// The talk with every row of the ledger corrected.
     pub fn corrected() -> Self {
         let mut corrected = Self::printed();
         corrected.of.cones = cones::Settings::corrected();
         corrected
     }
 
-    /// [`Settings::corrected`] with the sixteen diffuse cones that the talk prints too.
+    /// [`Settings::corrected`] with the sixteen diffuse cones that the talk also prints.
     pub fn corrected_16() -> Self {
         let mut corrected = Self::corrected();
         corrected.of.cones.set = ConeSet::Sixteen;
         corrected
     }
 
-    /// Cones through photons, as right as they get.
+    /// Cones through photons with the most accurate settings.
     pub fn photons() -> Self {
         let mut photons = Self { method: Method::Photons, ..Self::cones() };
         photons.image.interleave = Self::default().image.interleave;
         photons
     }
 
-    /// The notes' formulas as printed, where they can run. What they say nothing of is as in [`Self::photons`].
+    /// The formulas of the notes as printed, where they can run. Everything else is as in [`Self::photons`].
     pub fn photons_printed() -> Self {
         let mut printed = Self::photons();
         printed.of.photons = photons::Settings::printed();

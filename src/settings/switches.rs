@@ -1,13 +1,13 @@
-//! Settings that switch the rows of a ledger: each as its source prints it, or as it should be.
+//! Switches for the rows of a ledger: each selects the form that its source prints, or the correct form.
 
 use super::choices;
 
 choices! {
-    /// One row of a ledger: as its source prints it, or as it should be.
+    /// The form of a ledger's row: as its source prints it, or corrected.
     Form { Printed = "printed", Right = "right" }
 }
 
-/// Declares a `Ledger` of settings, the rows that are switched one by one: a table, and the bit of each row.
+/// Declares a `Ledger` of switches for rows: a table of settings, and the bit of each row.
 macro_rules! switches {
     ($(#[$doc:meta])+ $table:literal, $cost:literal; $($row:ident $bit:literal $meaning:literal),+ $(,)?) => {
         $crate::settings::table! {
@@ -21,12 +21,12 @@ macro_rules! switches {
         }
 
         impl Ledger {
-            /// Every row in one form.
+            /// All rows in one form.
             pub fn all(form: $crate::settings::Form) -> Self {
                 Self { $($row: form),+ }
             }
 
-            /// The rows that are as printed, one bit per number.
+            /// The rows in their printed form, one bit per number.
             pub fn printed_bits(&self) -> u32 {
                 let rows = [$(($bit, self.$row)),+];
                 rows.iter().filter(|(_, form)| *form == $crate::settings::Form::Printed).map(|(bit, _)| 1 << bit).sum()

@@ -1,4 +1,4 @@
-//! The tables that all methods share.
+//! The tables of settings that all methods share.
 
 use super::{Center, Conservative, DirectLight, GatherResolution, LampLight, Range, Shadows, auto, names, table};
 
@@ -10,9 +10,9 @@ table! {
         "no time; camera: lists are rebuilt from time to time while it moves";
         #[serde(with = "auto")]
         side: Option<f64> = None, in "metres", Range::NumberOrAuto(1e-6, 1e9);
-        "side of the grid's cube; auto: the longest side of the scene plus the margin. Surfaces outside reflect no light, except with rays, which add up to five cubes, each with voxels four times as large";
+        "side of the grid's cube; auto: the longest side of the scene plus the margin. Surfaces outside reflect no light, except with rays, which add larger cubes";
         "no time cost; a larger cube means larger voxels";
-        // Not a whole number, so that the walls of box-shaped scenes do not lie on voxel boundaries.
+        // The margin is not a whole number, so that the walls of box-shaped scenes do not lie on voxel boundaries.
         margin: f64 = 2.5, in "voxels" rare, Range::Number(0.0, 7.0);
         "empty border if the side is auto";
         "coarser voxels";
@@ -26,7 +26,7 @@ table! {
         shadows: Shadows = Shadows::Rays, in "choice", names!(Shadows);
         "shadows of lights: none, by the method (the talk's shadow cones), or by exact rays";
         "a ray or a cone per light, pixel and shaded voxel side";
-        // With `shadows = rays`; one ray goes to the light's middle.
+        // This has an effect with `shadows = rays`; the single ray goes to the light's middle.
         shadow_rays: u32 = 4, in "rays", Range::Whole(1, 64);
         "shadow rays to each light with a radius: 1 gives hard shadows, more give noisy penumbrae";
         "a ray per pixel and voxel side; at least one per sample";
@@ -56,13 +56,13 @@ table! {
         "side of the square of gathered pixels (or voxels) with different directions; neighbours share results where depth and normals agree";
         "a filter of (n + 1)² texels; fewer directions per pixel give the same light";
         passes: u32 = 1, in "passes", Range::Whole(1, 4096);
-        "passes with other rays and subpixel offsets, which are averaged; with bounces = all they converge, and render prints the noise";
+        "passes with other rays and subpixel offsets, which are averaged";
         "a gather and an image pass each; lists and the light of voxels are made once";
     }
 }
 
 impl ImageSettings {
-    /// Whether diffuse light is gathered apart from the image.
+    /// Whether diffuse light is gathered in a pass before the image.
     pub fn gathers_apart(&self) -> bool {
         self.gather_resolution.scale() > 1 || self.interleave > 1
     }

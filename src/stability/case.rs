@@ -1,24 +1,24 @@
-//! Cases: a scene, a number with an ideal, and how far from it the number may lie.
+//! Cases: a scene, a number with an ideal value, and a limit of its distance.
 
 use glam::{DAffine3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::row::NOT_FINITE;
 
-/// A scene that is rendered at several places, and a number of each: an entry of `src/stability/cases.toml`.
-/// `rows.json` has the same keys but `quick`.
+/// A case: a scene that is rendered at several places, and a number for each; an entry of `src/stability/cases.toml`.
+/// `rows.json` has the same keys except `quick`.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
     pub name: String,
     /// The scene and the number that is measured, in a sentence.
     pub meaning: String,
-    /// A sentence that says what the user should do about it.
+    /// A sentence of advice to the user.
     pub advice: String,
     pub unit: Unit,
     pub ideal: f64,
-    /// How far from the ideal presets of the method `rays` may be, wherever the scene stands. Others show what they
-    /// show.
+    /// The allowed distance from the ideal for presets of the method `rays`, at every place of the scene. Other methods
+    /// have no limit.
     pub limit: f64,
     /// Whether it is part of `--quick`.
     #[serde(default, skip_serializing)]
@@ -26,24 +26,23 @@ pub struct Case {
 }
 
 impl Case {
-    /// Of the least and the largest number, the one that is the farther from the ideal.
+    /// The smallest or the largest number, whichever is farther from the ideal.
     pub fn farther(&self, min: f64, max: f64) -> f64 {
         if (max - self.ideal).abs() >= (min - self.ideal).abs() { max } else { min }
     }
 
-    /// The median over places and, in brackets where it reads otherwise, the number that is the farthest from the
-    /// ideal.
-    pub fn words(&self, median: f64, min: f64, max: f64) -> String {
-        let (median, worst) = (self.unit.words(median), self.unit.words(self.farther(min, max)));
+    /// The median over places and, in brackets if it reads differently, the number that is farthest from the ideal.
+    pub fn numbers_in_words(&self, median: f64, min: f64, max: f64) -> String {
+        let (median, worst) = (self.unit.value_in_words(median), self.unit.value_in_words(self.farther(min, max)));
         if median == worst { median } else { format!("{median} ({worst})") }
     }
 }
 
-/// How a number is written.
+/// The format of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Unit {
-    /// A part of something, shown in per cent.
+    /// A part of something, shown in percent.
     Share,
     /// One quantity over another, ideally 1.
     Ratio,
@@ -51,10 +50,10 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// A number for readers.
-    pub fn words(self, value: f64) -> String {
+    /// A number as text.
+    pub fn value_in_words(self, value: f64) -> String {
         match self {
-            // With a median that lies between both.
+            // This includes a median between a finite and a non-finite number.
             _ if !value.is_finite() || value.abs() >= 0.1 * NOT_FINITE => "not finite".to_owned(),
             Self::Share if value == 0.0 => "0".to_owned(),
             Self::Share if value.abs() < 5e-6 => format!("{:.0e} %", 100.0 * value),
@@ -66,10 +65,10 @@ impl Unit {
     }
 }
 
-/// Radiance of an image, [`super::SIZE`] pixels a side.
+/// Radiance of an image with sides of [`super::SIZE`] pixels.
 pub type Pixels = Vec<[f32; 3]>;
 
-/// One place of a case.
+/// The result of a case at one place.
 #[derive(Clone, Debug, Default)]
 pub struct Sample {
     /// The place in words.
@@ -79,7 +78,7 @@ pub struct Sample {
     pub more: Vec<(&'static str, f64)>,
     /// An image that shows it.
     pub image: Pixels,
-    /// The image that it should be, where that is known.
+    /// The correct image, if it is known.
     pub truth: Option<Pixels>,
 }
 
@@ -97,26 +96,26 @@ impl Sample {
     }
 }
 
-/// Where a scene stands in the grid.
+/// The place of a scene in the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// Voxels, each from 0 to 1.
+    /// The offset in voxels, each component from 0 to 1.
     pub offset: DVec3,
-    /// About the vertical axis.
+    /// The rotation about the vertical axis.
     pub degrees: f64,
 }
 
 impl Place {
-    /// The first is the grid's own; then offsets that fill the voxel evenly (the R3 sequence), and three angles in turn
-    /// if `turned`.
+    /// The first place is that of the grid. Further ones have offsets that cover the voxel evenly (the R3 sequence),
+    /// and three angles in turn if `turned`.
     pub fn all(count: usize, turned: bool) -> Vec<Self> {
-        // 1, 2 and 3 times the negative powers of the root of x⁴ = x + 1.
+        // The steps are the negative powers 1, 2 and 3 of the root of x⁴ = x + 1.
         const STEP: DVec3 = DVec3::new(0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3);
         let degrees = |i: usize| if turned { [0.0, 15.0, 45.0][i % 3] } else { 0.0 };
         (0..count).map(|i| Self { offset: (STEP * i as f64).fract(), degrees: degrees(i) }).collect()
     }
 
-    /// Where the scene goes on a grid of such voxels.
+    /// The transform of the scene to this place in a grid with such voxels.
     pub fn world(&self, voxel_m: f64) -> DAffine3 {
         DAffine3::from_translation(self.offset * voxel_m) * DAffine3::from_rotation_y(self.degrees.to_radians())
     }
@@ -148,8 +147,8 @@ mod tests {
 
     #[test]
     fn numbers_are_written_for_readers() {
-        let words = [0.0, 1e-7, 0.00123, 0.25, f64::NAN, 5e8].map(|value| Unit::Share.words(value));
+        let words = [0.0, 1e-7, 0.00123, 0.25, f64::NAN, 5e8].map(|value| Unit::Share.value_in_words(value));
         assert_eq!(words, ["0", "1e-5 %", "0.123 %", "25.0 %", "not finite", "not finite"]);
-        assert_eq!(Unit::Ratio.words(1.0), "1.000");
+        assert_eq!(Unit::Ratio.value_in_words(1.0), "1.000");
     }
 }

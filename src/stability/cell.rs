@@ -22,34 +22,34 @@ use crate::scene::{Pose, Still};
 use crate::settings::Settings;
 use crate::vk::Context;
 
-/// How much a row is worth.
+/// The effort for a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Effort {
-    /// Places in the grid; in thirds, so that each angle has as many.
+    /// The number of places in the grid; a multiple of three, so that each angle occurs equally often.
     pub places: usize,
     /// Steps of a motion.
     pub steps: usize,
     /// Samples per pixel of references.
     pub samples: u32,
-    /// Random scenes.
+    /// The number of random scenes.
     pub seeds: u64,
 }
 
 impl Effort {
     pub const FULL: Self = Self { places: 9, steps: 8, samples: 256, seeds: 24 };
-    /// Of `--quick`.
+    /// The effort of `--quick`.
     pub const QUICK: Self = Self { places: 2, steps: 3, samples: 32, seeds: 12 };
 }
 
-/// Inputs from which a row is made.
+/// The inputs of a row.
 #[derive(Clone)]
 pub struct Cell<'a> {
     pub context: &'a Arc<Context>,
     pub cache: &'a Cache,
-    /// The preset's, with the grid's edge.
+    /// The settings of the preset with the grid's edge.
     pub settings: Settings,
     pub effort: Effort,
-    /// Bytes of device memory.
+    /// Maximum bytes of device memory.
     pub memory_limit: Option<u64>,
     /// Ends the row soon after it is set.
     pub cancel: &'a AtomicBool,
@@ -57,8 +57,7 @@ pub struct Cell<'a> {
     pub frame_ms: Rc<RefCell<Vec<f64>>>,
 }
 
-/// The settings of a preset on a grid. Where light propagation has a grid of its own, that keeps its proportion to the
-/// base grid.
+/// The settings of a preset on a grid. If light propagation has its own grid, it keeps its proportion to the base grid.
 pub fn settings(preset: &str, grid: u32) -> Result<Settings> {
     let mut settings = Settings::preset(preset)?;
     settings.of.lpv.edge = (settings.of.lpv.edge * grid / 64).clamp(16, 64);
@@ -76,7 +75,7 @@ impl Cell<'_> {
         let samples = case.run(self)?;
         refuse_invalid(self.context)?;
         let seconds = start.elapsed().as_secs_f64();
-        let (measured, worst) = Measured::of(case, &samples, &self.frame_ms.borrow(), seconds);
+        let (measured, worst) = Measured::of_samples(case, &samples, &self.frame_ms.borrow(), seconds);
         let Sample { image, truth, .. } = &samples[worst];
         let display = Display::automatic(ToneMap::default(), truth.as_ref().unwrap_or(image));
         let uri = |pixels: &Pixels| picture::uri((SIZE, SIZE), codes(pixels, display));
@@ -96,7 +95,7 @@ impl Cell<'_> {
         Ok(cell)
     }
 
-    /// A path-traced image. A scene that is moved as a whole, its view too, has the same one.
+    /// A path-traced image. If scene and view are moved together, it is the same.
     pub fn film(&self, stage: &Stage, pose: &Pose, depth: Depth, seed: u64) -> Result<Film> {
         let stop = Stop::Samples(self.effort.samples);
         let options = Options { width: SIZE, height: SIZE, depth, stop, seed, occlusion: false };

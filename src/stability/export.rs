@@ -1,4 +1,4 @@
-//! The table as files: `rows.json` and `rows.csv` for programs, and the page; and a table held against an earlier one.
+//! Files of the table: `rows.json` and `rows.csv` for programs, and the page; and the comparison with an earlier table.
 
 use std::path::Path;
 
@@ -21,14 +21,14 @@ pub struct Table {
     version: u32,
     /// The program's version.
     program: &'static str,
-    /// Rows that were asked for.
+    /// The number of requested rows.
     planned: usize,
     /// The cases of the rows, in the page's order.
     cases: Vec<&'static Case>,
     rows: Vec<Row>,
 }
 
-/// The file `outline.toml`: the addresses of every row of the whole table in its order, those of other shards too.
+/// The file `outline.toml`: the addresses of every row of the whole table in order, including those of other shards.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Outline {
     pub version: u32,
@@ -43,7 +43,7 @@ impl Outline {
     /// Reads the outline of a folder.
     ///
     /// # Errors
-    /// [`Error::File`]: there is none, it is damaged, or it is of another version of the program.
+    /// [`Error::File`] if there is none, it is damaged, or another version of the program wrote it.
     pub fn load(folder: &Path) -> Result<Self> {
         let path = folder.join("outline.toml");
         let text = std::fs::read_to_string(&path).ok();
@@ -55,8 +55,8 @@ impl Outline {
     }
 }
 
-/// Writes all three files of a folder. `planned`: how many rows were asked for; `part`: such as "part 1 of 4", empty
-/// for a whole table; `running`: whether the program still fills it.
+/// Writes all three files of a folder. `planned` is the number of requested rows; `part` is text such as "part 1 of 4",
+/// or empty for a whole table; `running` says whether the program still fills it.
 pub fn write(store: &Store<Row>, stored: &[Stored<Row>], planned: usize, part: &str, running: bool) -> Result<()> {
     let rows: Vec<Row> = stored.iter().map(|stored| stored.row.clone()).collect();
     let cases = cases::all().filter(|case| rows.iter().any(|row| row.case == case.name)).collect();
@@ -81,7 +81,7 @@ pub fn write(store: &Store<Row>, stored: &[Stored<Row>], planned: usize, part: &
     file::write(&store.path("index.html"), page.html(&data).as_bytes())
 }
 
-/// The columns of `rows.csv`. Times are in `rows.json` alone, so that a table on the same driver has the same bytes.
+/// The columns of `rows.csv`. Times are only in `rows.json`, so that a table on one driver always has the same bytes.
 const COLUMNS: [&str; 12] =
     ["case", "preset", "grid", "unit", "ideal", "median", "min", "max", "distance", "worst", "more", "failure"];
 
@@ -112,7 +112,7 @@ pub fn csv(rows: &[Row]) -> String {
     to_csv(std::iter::once(COLUMNS.map(str::to_owned)).chain(rows.iter().map(cells)))
 }
 
-/// Four digits: as many as another driver's rounding leaves.
+/// A number with four digits, which is the precision that rounding of other drivers leaves.
 fn short(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -121,9 +121,9 @@ fn short(value: f64) -> String {
     if rounded.abs() < 1e-4 { format!("{rounded:e}") } else { rounded.to_string() }
 }
 
-/// A line of `rows.csv` as far as it is read again. A row that could not run has no numbers.
+/// A line of `rows.csv` with the columns that are read again. A row that could not run has no numbers.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-pub struct Line {
+pub struct CsvLine {
     pub case: String,
     pub preset: String,
     pub grid: u32,
@@ -131,17 +131,17 @@ pub struct Line {
     pub min: Option<f64>,
     pub max: Option<f64>,
     pub distance: Option<f64>,
-    /// Further numbers, as they are written: `name = value; …`.
+    /// Further numbers as text: `name = value; …`.
     pub more: String,
 }
 
-impl Line {
+impl CsvLine {
     /// Whether both are of one case, preset and grid.
     pub fn is_same_as(&self, other: &Self) -> bool {
         (&self.case, &self.preset, self.grid) == (&other.case, &other.preset, other.grid)
     }
 
-    /// Further numbers: names and values.
+    /// Names and values of further numbers.
     pub fn further(&self) -> impl Iterator<Item = (&str, &str)> {
         self.more.split("; ").filter_map(|pair| pair.split_once(" = "))
     }
@@ -151,34 +151,34 @@ impl Line {
 ///
 /// # Errors
 /// A sentence about the line that cannot be read.
-pub fn read_csv(text: &str) -> std::result::Result<Vec<Line>, String> {
+pub fn read_csv(text: &str) -> std::result::Result<Vec<CsvLine>, String> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     if reader.headers().is_ok_and(|head| *head != COLUMNS[..]) {
         return Err(format!("the first line is not {}", COLUMNS.join(",")));
     }
-    let line = |(i, line): (usize, csv::Result<Line>)| line.map_err(|_| format!("line {} is not a row", i + 2));
+    let line = |(i, line): (usize, csv::Result<CsvLine>)| line.map_err(|_| format!("line {} is not a row", i + 2));
     reader.deserialize().enumerate().map(line).collect()
 }
 
-/// The most that another driver's rounding may change a number: a share of its distance from the ideal, and of the
-/// case's limit (of a thousandth, where the limit is nothing).
+/// The largest change that another driver's rounding may cause: a share of the distance from the ideal, and of the
+/// case's limit (or of a thousandth if the limit is 0).
 const SHARE: f64 = 0.1;
 const OF_LIMIT: f64 = 0.2;
 
-/// The changes, a sentence each.
+/// The changes, one sentence each.
 #[derive(Debug, Default)]
 pub struct Changes {
-    /// Further from the ideal, or no longer measured.
+    /// Rows that are farther from the ideal, or no longer measured.
     pub worse: Vec<String>,
     pub better: Vec<String>,
-    /// Rows that the earlier table has not.
+    /// Rows that the earlier table lacks.
     pub unknown: Vec<String>,
-    /// Rows that both have.
+    /// The number of rows in both.
     pub compared: usize,
 }
 
-/// Compares the rows of `now` with those of `before`. Rows that only the earlier table has are left out.
-pub fn changes(before: &[Line], now: &[Line]) -> Changes {
+/// Compares the rows of `now` with those of `before`. Rows that are only in the earlier table are ignored.
+pub fn changes(before: &[CsvLine], now: &[CsvLine]) -> Changes {
     let mut changes = Changes::default();
     for new in now {
         let name = format!("{} {} {}³", new.case, new.preset, new.grid);
@@ -226,7 +226,7 @@ mod tests {
         let text = csv(&[row, failed]);
         assert!(text.contains("0.01235,0,0.5,0.5,\"0.1, 0.2, 0.3 voxels\",rel = 1e-7,\n"), "{text}");
         let read = read_csv(&text).unwrap();
-        let Line { median, min, max, distance, .. } = read[0];
+        let CsvLine { median, min, max, distance, .. } = read[0];
         assert_eq!([median, min, max, distance], [0.01235, 0.0, 0.5, 0.5].map(Some));
         assert_eq!(read[0].further().collect::<Vec<_>>(), [("rel", "1e-7")]);
         assert_eq!((read[1].grid, read[1].distance), (32, None));
@@ -236,9 +236,9 @@ mod tests {
     #[test]
     fn worse_and_better_are_told_apart() {
         let table = |case: &str, distance| {
-            [Line { case: case.into(), preset: "fast".into(), grid: 32, distance, ..Line::default() }]
+            [CsvLine { case: case.into(), preset: "fast".into(), grid: 32, distance, ..CsvLine::default() }]
         };
-        // The limit of leaks is a thousandth, that of stillness nothing.
+        // The limit of leaks is a thousandth, and that of stillness is 0.
         let told = |case, old, new| {
             let changes = changes(&table(case, old), &table(case, new));
             (changes.worse.len(), changes.better.len(), changes.compared)

@@ -1,4 +1,4 @@
-//! Scenes of the cases about what is small, smooth or at the grid's border; each about the origin.
+//! Scenes of the cases with small or smooth details or at the grid's border, each centred at the origin.
 
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 
@@ -10,18 +10,18 @@ use super::scenes::{
 use super::stage::Stage;
 use crate::scene::{LightKind, Material, Mesh, Scene, Transform, View};
 
-/// Kinds of things that are thinner than a voxel.
+/// Kinds of objects that are thinner than a voxel.
 pub const THIN: [&str; 4] = ["needles", "slivers", "edge-on quads", "sub-voxel triangles"];
 
-/// Two numbers from 0 to 1 that fill the square evenly (the R2 sequence).
+/// Two numbers from 0 to 1 that cover the square evenly (the R2 sequence).
 fn spread(i: usize) -> [f32; 2] {
     [0.754_877_666_246_692_8, 0.569_840_290_998_053_3].map(|step: f64| (step * i as f64).fract() as f32)
 }
 
-/// Triangles of one of [`THIN`] that cover about half of a square metre in the y–z plane; `voxel`: metres.
+/// Triangles of one of [`THIN`] that cover about half of a square metre in the y–z plane; `voxel` is in metres.
 fn thin_triangles(kind: &str, voxel: f32) -> Vec<[Vec3; 3]> {
     let point = |i: usize| Vec3::new(0.0, spread(i)[0] - 0.5, spread(i)[1] - 0.5);
-    // Of one size each, turned in the plane and at other depths.
+    // Each has the same size, rotated in the plane and at another depth.
     let many = |size: [f32; 2]| {
         let count = (1.4 / (size[0] * size[1])).min(20_000.0) as usize;
         let one = |i: usize| {
@@ -38,12 +38,12 @@ fn thin_triangles(kind: &str, voxel: f32) -> Vec<[Vec3; 3]> {
     match kind {
         "needles" => many([0.3, 0.1 * voxel]),
         "sub-voxel triangles" => many([0.3 * voxel; 2]),
-        // From wall to wall, each as wide as the gaps at one end.
+        // Slivers extend from wall to wall, each as wide as the gaps at one end.
         "slivers" => {
             let base = |i: usize| Vec3::new(0.0, -0.5, beside(i));
             (0..count).map(|i| [base(i), base(i) + Vec3::Z * (0.9 / count as f32), base(i) + Vec3::Y]).collect()
         }
-        // Like the slats of a blind, half a voxel deep.
+        // The quads are like the slats of a blind, half a voxel deep.
         _ => {
             let quad = |i: usize| {
                 let a = Vec3::new(-0.25 * voxel, -0.5, beside(i) + 0.5 / count as f32);
@@ -55,7 +55,8 @@ fn thin_triangles(kind: &str, voxel: f32) -> Vec<[Vec3; 3]> {
     }
 }
 
-/// Two rooms that thin things divide; metres. They block the light of the other room, or send the only light.
+/// Two rooms that thin objects divide, in metres. The objects block the light of the other room, or send the only
+/// light.
 pub fn thin_screen(kind: &str, voxel_m: f64, sends: bool) -> Stage {
     let (mut stage, mut material) = two_rooms();
     if sends {
@@ -68,7 +69,7 @@ pub fn thin_screen(kind: &str, voxel_m: f64, sends: bool) -> Stage {
     stage
 }
 
-/// A sheet of paper that lies a tenth of a millimetre above a room's floor, seen from near.
+/// A sheet of paper a tenth of a millimetre above a room's floor, seen from close by.
 pub fn paper() -> Stage {
     let stage = room_with(|scene| {
         let white = add_plaster(scene, [0.8; 3]);
@@ -78,13 +79,13 @@ pub fn paper() -> Stage {
     Stage { view: view([-0.3, -0.5, 0.75], [-0.4, -1.0, 0.1]), ..stage }
 }
 
-/// Radiance of [`slope`]'s square, its middle, and its half side along y and z.
+/// Radiance of the square of [`slope`], its centre, and its half sides along y and z.
 const SQUARE: (f64, DVec3, f64) = (0.8 * 3.0 / PI, DVec3::new(-0.8, 0.0, 0.0), 0.3);
 const SLOPE_ALBEDO: f64 = 0.7;
-/// How the plane of [`slope`] rises along x, and its height in the middle.
+/// The slope of the plane of [`slope`] along x, and its height in the middle.
 const SLOPE: (f64, f64) = (0.15, -0.5);
 
-/// A plane that rises away from a square which a sun lights evenly; the sun does not reach the plane's front.
+/// A plane that rises away from a square which a sun lights uniformly; the sun does not reach the plane's front.
 pub fn slope() -> Stage {
     let mut scene = Scene::empty("slope");
     let (white, grey) = (add_matte(&mut scene, [0.8; 3]), add_matte(&mut scene, [SLOPE_ALBEDO as f32; 3]));
@@ -95,14 +96,14 @@ pub fn slope() -> Stage {
     let (rise, height) = (SLOPE.0 as f32, SLOPE.1 as f32);
     let corner = Vec3::new(-0.7, height - 0.7 * rise, -0.7);
     add_quad(&mut scene, grey, corner, [Vec3::Z * 1.4, Vec3::new(1.4, 1.4 * rise, 0.0)]);
-    // Towards the square.
+    // The view is towards the square.
     scene.add_light(LightKind::Directional, Vec3::splat(3.0), DAffine3::from_rotation_y(FRAC_PI_2));
     let (eye, target) = (DVec3::new(0.0, 1.2, 0.0), DVec3::new(0.0, -0.5, 0.0));
     Stage { scene, reach: 1.2, view: View::look_at(eye, target, DVec3::NEG_Z, 32f32.to_radians()) }
 }
 
-/// Radiance of [`slope`]'s plane where a ray of its view, at tangents `u` to the right and `v` up, meets it (Lambert's
-/// formula for polygons).
+/// Radiance of the plane of [`slope`] at the hit point of a ray of its view, with tangents `u` to the right and `v` up
+/// (Lambert's formula for polygons).
 pub fn slope_radiance(view: &View, [u, v]: [f64; 2]) -> f64 {
     let d = view.forward + view.right() * u + view.up * v;
     let (rise, height) = SLOPE;
@@ -118,7 +119,7 @@ pub fn slope_radiance(view: &View, [u, v]: [f64; 2]) -> f64 {
     SLOPE_ALBEDO / PI * sent * 0.5 * (0..4).map(edge).sum::<f64>().abs()
 }
 
-/// A metal floor of such a roughness, behind it a wall that ends in its middle and that a sun lights.
+/// A metal floor with this roughness in front of a wall that ends at its middle and that a sun lights.
 pub fn glossy_floor(roughness: f32) -> Stage {
     let mut scene = Scene::empty("glossy floor");
     let metal = scene.add_material(Material { roughness, ..Material::default() });
@@ -130,7 +131,7 @@ pub fn glossy_floor(roughness: f32) -> Stage {
     Stage { scene, reach: 1.4, view: view_of([0.0, 0.3, 1.2], [0.0, -0.5, 0.1], 45.0) }
 }
 
-/// Bodies of [`glass`] and their index of refraction.
+/// Objects of [`glass`] and their indices of refraction.
 pub const GLASS: [(&str, f32); 6] = [
     ("slab, ior 1", 1.0),
     ("slab, ior 1.33", 1.33),
@@ -140,7 +141,7 @@ pub const GLASS: [(&str, f32); 6] = [
     ("thin-walled box", 1.5),
 ];
 
-/// Glowing stripes behind glass of one of [`GLASS`].
+/// Glowing stripes behind a glass object of [`GLASS`].
 pub fn glass(kind: &str, ior: f32) -> Stage {
     let mut scene = Scene::empty("glass");
     let black = add_plaster(&mut scene, [0.0; 3]);
@@ -152,7 +153,7 @@ pub fn glass(kind: &str, ior: f32) -> Stage {
         scene.add_mesh(stripe, place);
     }
     let clear = Material { metallic: 0.0, roughness: 0.0, transmission: 1.0, ior, ..Material::default() };
-    // Thin walls are tinted, so that it shows whether their backs, which have no side, dim what is behind.
+    // Thin walls are tinted, to show whether their backs, which are single-sided, dim the view.
     let (thickness, tint) = if kind.starts_with("thin") { (0.0, 0.5) } else { (0.2, 1.0) };
     let clear = scene.add_material(Material { thickness, base_color: Vec3::splat(tint).extend(1.0), ..clear });
     if kind.starts_with("sphere") {
@@ -166,10 +167,10 @@ pub fn glass(kind: &str, ior: f32) -> Stage {
     Stage { scene, reach: SQRT_2, view: view_of([0.0, 0.0, 0.95], [0.0; 3], 40.0) }
 }
 
-/// Where lamps of [`border_room`] stand.
+/// Places of the lamp of [`border_room`].
 pub const BORDERS: [&str; 4] = ["on a face", "along an edge", "in a corner", "on a face, a quarter voxel outside"];
 
-/// A room whose walls are the grid's faces, without margin, and which a lamp at one of [`BORDERS`] lights.
+/// A room whose walls are the grid's faces, without margin, lit by a lamp at one of [`BORDERS`].
 pub fn border_room(kind: &str) -> Stage {
     let stage = room_with(|scene| {
         let (size, place) = match kind {
@@ -179,7 +180,7 @@ pub fn border_room(kind: &str) -> Stage {
         };
         let lamp = add_lamp(scene, 1.6 / (size[0] * size[1]) as f32, 1.0, place);
         let node = scene.instances[lamp].node;
-        // Just below the ceiling, as lamps are.
+        // The lamp is just below the ceiling.
         let down = DAffine3::from_translation(DVec3::NEG_Y * 1e-3);
         let scale = DAffine3::from_scale(DVec3::new(size[0], 1.0, size[1]));
         scene.nodes[node].local = Transform::Matrix(down * place * scale);
@@ -193,7 +194,7 @@ mod tests {
 
     #[test]
     fn a_square_that_fills_the_sky_sends_what_it_has() {
-        // Far along the slope it is a small source: form factor cos cos area / (pi d^2).
+        // Far along the slope the square is a small source with form factor cos cos area / (π d²).
         let stage = slope();
         let view = View { eye: DVec3::new(30.0, 10.0, 0.0), ..stage.view };
         let d = DVec3::new(29.0, SLOPE.1 + 29.0 * SLOPE.0, 0.0) - view.eye;

@@ -1,17 +1,17 @@
-//! The tables of `docs/stability.md` and `docs/notes/stability.md`, from rows that are kept as `rows.csv`. The prose of
-//! the second page is in `page.md`.
+//! The tables of `docs/stability.md` and `docs/notes/stability.md`, from rows in `rows.csv`. `page.md` has the prose of
+//! the second page.
 
 use std::collections::BTreeSet;
 
 use super::case::Case;
 use super::cases;
-use super::export::{Line, read_csv};
+use super::export::{CsvLine, read_csv};
 use crate::lab::table::{MISSING, fill, markdown};
 use crate::settings::PRESETS;
 
-/// The cases that have rows, and the rows of each.
-fn measured<'a>(all: &[&'a Line]) -> Vec<(&'static Case, Vec<&'a Line>)> {
-    let of_case = |case: &'static Case| -> (&'static Case, Vec<&'a Line>) {
+/// The cases with rows, and their rows.
+fn measured<'a>(all: &[&'a CsvLine]) -> Vec<(&'static Case, Vec<&'a CsvLine>)> {
+    let of_case = |case: &'static Case| -> (&'static Case, Vec<&'a CsvLine>) {
         (case, all.iter().copied().filter(|line| line.case == case.name).collect())
     };
     cases::all().map(of_case).filter(|(_, lines)| !lines.is_empty()).collect()
@@ -23,7 +23,7 @@ fn measured<'a>(all: &[&'a Line]) -> Vec<(&'static Case, Vec<&'a Line>)> {
 /// A sentence about the line of `csv` that cannot be read, or about a mark of `page` without an end.
 pub fn summary(csv: &str, page: &str) -> Result<String, String> {
     let lines = read_csv(csv)?;
-    let all: Vec<&Line> = lines.iter().collect();
+    let all: Vec<&CsvLine> = lines.iter().collect();
     let cases = measured(&all);
     fill(page, |_, _| Ok(overview(&all, &cases, "notes/stability.md"))).map_err(|error| error.to_string())
 }
@@ -34,7 +34,7 @@ pub fn summary(csv: &str, page: &str) -> Result<String, String> {
 /// A sentence about the line of `csv` that cannot be read.
 pub fn page(csv: &str) -> Result<String, String> {
     let lines = read_csv(csv)?;
-    let all: Vec<&Line> = lines.iter().collect();
+    let all: Vec<&CsvLine> = lines.iter().collect();
     let cases = measured(&all);
     let table = |name: &str, _: &str| {
         Ok(match name {
@@ -46,27 +46,27 @@ pub fn page(csv: &str) -> Result<String, String> {
     fill(include_str!("page.md"), table).map_err(|error| error.to_string())
 }
 
-/// The presets of some rows, in the order of the program.
-fn presets(lines: &[&Line]) -> Vec<&'static str> {
+/// The presets of some rows in the program's order.
+fn presets(lines: &[&CsvLine]) -> Vec<&'static str> {
     PRESETS.iter().map(|preset| preset.name).filter(|name| lines.iter().any(|line| line.preset == *name)).collect()
 }
 
-fn grids(lines: &[&Line]) -> Vec<u32> {
+fn grids(lines: &[&CsvLine]) -> Vec<u32> {
     lines.iter().map(|line| line.grid).collect::<BTreeSet<u32>>().into_iter().collect()
 }
 
-/// Of a case's rows the one of a preset on a grid.
-fn find<'a>(lines: &[&'a Line], preset: &str, grid: u32) -> Option<&'a Line> {
+/// The row of a preset and a grid among a case's rows.
+fn find<'a>(lines: &[&'a CsvLine], preset: &str, grid: u32) -> Option<&'a CsvLine> {
     lines.iter().copied().find(|line| line.preset == preset && line.grid == grid)
 }
 
-fn fails(case: &Case, line: &Line) -> bool {
+fn fails(case: &Case, line: &CsvLine) -> bool {
     line.distance.is_some_and(|distance| distance > case.limit * (1.0 + 1e-9))
 }
 
-fn cell(case: &Case, line: Option<&Line>) -> String {
-    let words = |line: &Line| {
-        let text = case.words(line.median?, line.min?, line.max?);
+fn cell(case: &Case, line: Option<&CsvLine>) -> String {
+    let words = |line: &CsvLine| {
+        let text = case.numbers_in_words(line.median?, line.min?, line.max?);
         Some(if fails(case, line) { format!("**{text}**") } else { text })
     };
     line.and_then(words).unwrap_or_else(|| MISSING.to_owned())
@@ -76,27 +76,27 @@ fn coded(name: &str) -> String {
     format!("`{name}`")
 }
 
-/// Every case and preset on the middle grid. `details`: the page that has a section for each case.
-fn overview(all: &[&Line], cases: &[(&Case, Vec<&Line>)], details: &str) -> String {
+/// Every case and preset on the middle grid. `details` is the page with a section for each case.
+fn overview(all: &[&CsvLine], cases: &[(&Case, Vec<&CsvLine>)], details: &str) -> String {
     let (grids, presets) = (grids(all), presets(all));
     let Some(grid) = grids.get((grids.len().max(1) - 1) / 2).copied() else { return String::new() };
-    let row = |(case, lines): &(&Case, Vec<&Line>)| {
-        // As pages make anchors of headings.
+    let row = |(case, lines): &(&Case, Vec<&CsvLine>)| {
+        // The anchor follows the rule for headings.
         let anchor: String = case.name.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').collect();
-        let first = [format!("[{}]({details}#{anchor})", case.name), case.unit.words(case.ideal)];
+        let first = [format!("[{}]({details}#{anchor})", case.name), case.unit.value_in_words(case.ideal)];
         first.into_iter().chain(presets.iter().map(|preset| cell(case, find(lines, preset, grid)))).collect::<Vec<_>>()
     };
     let head = ["case", "ideal"].map(str::to_owned).into_iter().chain(presets.iter().map(|preset| coded(preset)));
     format!("## At {grid}³\n\n{}", markdown(head, "-:", cases.iter().map(row)))
 }
 
-/// The presets beyond the limit, by how much, and what to do; or the presets that were measured where all keep it.
-fn sentence(grids: &[u32], case: &Case, lines: &[&Line]) -> String {
+/// The presets beyond the limit with their distances and advice; or, if none is, the measured presets.
+fn sentence(grids: &[u32], case: &Case, lines: &[&CsvLine]) -> String {
     let far = |preset: &&str| {
         let of_preset = grids.iter().filter_map(|grid| find(lines, preset, *grid)).filter(|line| fails(case, line));
-        let words = |line: &Line| {
+        let words = |line: &CsvLine| {
             let farthest = case.farther(line.min.unwrap_or_default(), line.max.unwrap_or_default());
-            format!("{} at {}³", case.unit.words(farthest), line.grid)
+            format!("{} at {}³", case.unit.value_in_words(farthest), line.grid)
         };
         let far: Vec<String> = of_preset.map(words).collect();
         (!far.is_empty()).then(|| format!("`{preset}` reaches {}", far.join(", ")))
@@ -105,27 +105,27 @@ fn sentence(grids: &[u32], case: &Case, lines: &[&Line]) -> String {
     let failing: Vec<String> = presets.iter().filter_map(far).collect();
     if failing.is_empty() {
         let names: Vec<String> = presets.iter().map(|preset| coded(preset)).collect();
-        return format!("- **{}**: nothing; measured were {}, which keep the limit.\n", case.name, names.join(", "));
+        return format!("- **{}**: nothing: all measured presets ({}) keep the limit.\n", case.name, names.join(", "));
     }
     format!("- **{}**: {} {}.\n", case.name, case.advice, failing.join("; "))
 }
 
-fn section(grids: &[u32], case: &Case, lines: &[&Line]) -> String {
+fn section(grids: &[u32], case: &Case, lines: &[&CsvLine]) -> String {
     let row = |preset: &str| {
         let cells = grids.iter().map(|grid| cell(case, find(lines, preset, *grid)));
         std::iter::once(coded(preset)).chain(cells).collect::<Vec<_>>()
     };
     let head = std::iter::once("preset".to_owned()).chain(grids.iter().map(|grid| format!("{grid}³")));
     let table = markdown(head, "-:", presets(lines).into_iter().map(row));
-    let (ideal, limit) = (case.unit.words(case.ideal), case.unit.words(case.limit));
+    let (ideal, limit) = (case.unit.value_in_words(case.ideal), case.unit.value_in_words(case.limit));
     format!("\n## {}\n\n{} Ideal {ideal}, limit ±{limit}.\n\n{table}", case.name, case.meaning)
 }
 
-/// The other numbers of a case, medians over the places, on its coarsest grid.
-fn further_table(lines: &[&Line]) -> String {
+/// The further numbers of a case, medians over the places, on its coarsest grid.
+fn further_table(lines: &[&CsvLine]) -> String {
     let with_more = || lines.iter().copied().filter(|line| line.further().next().is_some());
     let Some(grid) = with_more().map(|line| line.grid).min() else { return String::new() };
-    let of_grid: Vec<&Line> = with_more().filter(|line| line.grid == grid).collect();
+    let of_grid: Vec<&CsvLine> = with_more().filter(|line| line.grid == grid).collect();
     let row = |preset: &'static str| {
         let values = find(&of_grid, preset, grid).into_iter().flat_map(|line| line.further().map(|(_, value)| value));
         std::iter::once(coded(preset)).chain(values.map(str::to_owned)).collect::<Vec<_>>()
@@ -149,7 +149,7 @@ slide,fast,64,share,0,0.01,0.01,0.01,0.01,\"0.1, 0.2\",worst 1 % of pixels = 0.1
     fn failures_are_named_and_the_rest_is_not() {
         let page = page(TABLE).unwrap();
         assert!(page.contains("| `fast` | 0 |\n| `cones` | **2.000 % (3.000 %)** |"), "{page}");
-        assert!(page.contains("- **flicker**: nothing; measured were `fast`, which keep the limit."));
+        assert!(page.contains("- **flicker**: nothing: all measured presets (`fast`) keep the limit."));
         assert!(page.contains("`cones` reaches 3.000 % at 64³.") && !page.contains("`fast` reaches"));
         assert!(
             page.contains(

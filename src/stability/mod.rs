@@ -1,8 +1,8 @@
-//! Where methods fail, in numbers. A [`case::Case`] is a scene and a number with an ideal; each is run by every preset
-//! on several grids at several places in the grid, because one lucky alignment proves nothing.
+//! Known weaknesses of methods in numbers. A [`case::Case`] is a scene and a number with an ideal value. Every preset
+//! runs each case on several grids at several places, because a single alignment may be lucky.
 //!
-//! [`cases`] lists them, [`cell`] makes a [`row::Row`] of a case, a preset and a grid, [`export`] shows rows and holds
-//! them against an earlier table. They are kept in a folder as those of a chart are.
+//! [`cases`] lists them, [`cell`] makes a [`row::Row`] of a case, a preset and a grid, and [`export`] writes rows and
+//! compares them with an earlier table. Rows are stored in a folder like those of a chart.
 
 pub mod case;
 pub mod cases;
@@ -20,8 +20,8 @@ pub mod warnings;
 /// Version of the rows: see [`crate::chart::VERSION`].
 pub const VERSION: u32 = 2;
 
-/// Pixels along both sides of every image.
+/// The side of every image in pixels.
 pub const SIZE: u32 = 64;
 
-/// Edges of the grids that are run where none is named.
+/// Edges of the grids that run by default.
 pub const GRIDS: &[u32] = &[32, 64, 128];

@@ -1,12 +1,12 @@
-//! Changes from frame to frame beyond those that should be.
+//! Changes over time in excess of the reference.
 
 use crate::layers::Layers;
 use crate::{Error, Result};
 
-/// The share of the pixels that count as the worst.
+/// The share of pixels that count as the worst.
 const WORST: f64 = 0.01;
 
-/// The sum of |change| from frame to frame over all pixels.
+/// The sum of |change| between successive frames over all pixels.
 pub fn changes(frames: &[Layers]) -> f64 {
     let values = |frame: &'_ Layers| frame.beauty().iter().flatten().map(|v| f64::from(*v)).collect::<Vec<f64>>();
     let of = |pair: &[Layers]| values(&pair[0]).iter().zip(values(&pair[1])).map(|(a, b)| (b - a).abs()).sum::<f64>();
@@ -19,8 +19,8 @@ pub fn mean(a: &Layers, b: &Layers) -> Layers {
     Layers::new(a.width, a.height, pixels.map(|(a, b)| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))).collect())
 }
 
-/// The temporal excess of `frames` over `truths`, as many of each and at least two: mean |ΔI − ΔR| over mean R, Δ from
-/// one frame to the next; and the same over the worst hundredth of the pixels.
+/// The temporal excess of `frames` over `truths`, equally many and at least two of each: mean |ΔI − ΔR| over mean R,
+/// with Δ between successive frames; and the same over the worst hundredth of the pixels.
 pub fn excess(frames: &[Layers], truths: &[Layers]) -> Result<(f64, f64)> {
     let pixels = frames[0].beauty().len();
     let mut changes = vec![0.0; pixels];
@@ -55,7 +55,7 @@ mod tests {
     fn what_the_reference_does_too_is_no_excess() {
         let truths = [frame(&[1.0; 100]), frame(&[3.0; 100])];
         assert_eq!(excess(&truths, &truths).unwrap(), (0.0, 0.0));
-        // Half as bright throughout: the change is 1 where it should be 2; the mean of the reference is 2.
+        // The frames are half as bright: the change is 1 instead of 2, and the mean of the reference is 2.
         let frames = [frame(&[0.5; 100]), frame(&[1.5; 100])];
         assert_eq!(excess(&frames, &truths).unwrap(), (0.5, 0.5));
     }

@@ -1,5 +1,5 @@
-//! Scenes made by chance from a seed: boxes in boxes, slivers, triangles without area, tiny and huge parts, every kind
-//! of material and of light. A seed gives the same scene on every machine.
+//! Random scenes: nested boxes, slivers, triangles without area, tiny and huge parts, every kind of material and of
+//! light. A seed gives the same scene on every machine.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +9,7 @@ use super::scenes::{add_lamp, add_plaster, add_shell};
 use super::stage::Stage;
 use crate::scene::{Alpha, LightKind, Material, Mesh, Scene, View};
 
-/// Numbers that look like chance: SplitMix64.
+/// Pseudo-random numbers by SplitMix64.
 struct Random(u64);
 
 impl Random {
@@ -21,7 +21,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// From 0 to 1.
+    /// A number from 0 to 1.
     fn unit(&mut self) -> f32 {
         (self.next() >> 40) as f32 / (1u64 << 24) as f32
     }
@@ -30,7 +30,7 @@ impl Random {
         least + (most - least) * self.unit()
     }
 
-    /// As many in each decade.
+    /// A number with a log-uniform distribution.
     fn decades(&mut self, least: f32, most: f32) -> f32 {
         (self.between(least.ln(), most.ln())).exp()
     }
@@ -43,7 +43,7 @@ impl Random {
         Vec3::new(self.unit(), self.unit(), self.unit()) * most
     }
 
-    /// In a cube of such a half side.
+    /// A point in a cube of this half side.
     fn point(&mut self, half: f32) -> Vec3 {
         Vec3::new(self.between(-half, half), self.between(-half, half), self.between(-half, half))
     }
@@ -72,7 +72,7 @@ impl Random {
 pub fn stage(seed: u64) -> Stage {
     let mut random = Random(seed);
     let mut scene = Scene::empty(&format!("seed {seed}"));
-    // Two in three stand in a room, so that light meets many surfaces.
+    // Two in three are in a room, so that light meets many surfaces.
     let closed = random.below(3) > 0;
     if closed {
         let walls = add_plaster(&mut scene, random.color(0.9));
@@ -88,22 +88,22 @@ pub fn stage(seed: u64) -> Stage {
     Stage { scene, reach: 1.0, view: View::look_at(eye, target, DVec3::Y, fov.to_radians()) }
 }
 
-/// Added to the means that are compared: a thousandth of what a light of 1 gives.
+/// A number that is added to the compared means: a thousandth of the light of a lamp of 1.
 const FAINT: f64 = 1e-3;
-/// Of this share of the truth's values none is larger than the bound, beside others that are: lamps smaller than a
-/// pixel, which samples meet by chance.
+/// The share of the reference's values that must be below the bound. The others are lamps smaller than a pixel, which
+/// samples find by chance.
 const BOUNDED: f64 = 0.98;
 const BOUND: f32 = 4.0;
 
-/// Bound on a truth's values: larger ones count as this.
+/// The bound of the reference's values; larger ones count as this.
 pub fn bound(truth: &[[f32; 3]]) -> f32 {
     let mut values: Vec<f32> = truth.iter().flatten().copied().collect();
     values.sort_unstable_by(f32::total_cmp);
     BOUND * values[(BOUNDED * (values.len() - 1) as f64) as usize]
 }
 
-/// Mean of an image's values, none of which counts more than `bound`, and a faint one besides: so that a black view
-/// shows leaks as they are seen.
+/// The mean of an image's values, limited to `bound`, plus a faint one, so that a black view shows leaks by their
+/// visibility.
 pub fn level(image: &[[f32; 3]], bound: f32) -> f64 {
     image.iter().flatten().map(|value| f64::from(value.min(bound))).sum::<f64>() / (3 * image.len()) as f64 + FAINT
 }
@@ -112,7 +112,7 @@ fn add_part(scene: &mut Scene, random: &mut Random) {
     let material = random.material();
     let material = scene.add_material(material);
     let mesh = match random.below(6) {
-        // Boxes in boxes.
+        // Nested boxes.
         0 => {
             let half = Vec3::new(random.between(0.1, 0.5), random.between(0.1, 0.5), random.between(0.1, 0.5));
             scene.add_mesh(
@@ -121,7 +121,7 @@ fn add_part(scene: &mut Scene, random: &mut Random) {
             );
             Mesh::cuboid("outer", material, -half, half, false)
         }
-        // Of any size down to a tenth of a millimetre.
+        // They have any size down to a tenth of a millimetre.
         1 => {
             let half = Vec3::splat(random.decades(1e-4, 0.5));
             Mesh::cuboid("box", material, -half, half, false)
@@ -136,24 +136,24 @@ fn add_part(scene: &mut Scene, random: &mut Random) {
             let slivers: Vec<_> = (0..20).map(|_| sliver(random)).collect();
             Mesh::triangles("slivers", material, &slivers)
         }
-        // Without area, and twice the same.
+        // Triangles without area, and duplicates.
         3 => {
             let (a, b, c) = (random.point(0.6), random.point(0.6), random.point(0.6));
             Mesh::triangles("degenerate", material, &[[a; 3], [a, b, a], [a, b, c], [a, b, c], [a, (a + b) * 0.5, b]])
         }
-        // Loose triangles.
+        // Separate triangles.
         4 => {
             let triangles: Vec<_> =
                 (0..50).map(|_| [random.point(0.7), random.point(0.7), random.point(0.7)]).collect();
             Mesh::triangles("loose", material, &triangles)
         }
-        // Far larger than the volume.
+        // A triangle far larger than the volume.
         _ => {
             let side = random.decades(2.0, 1e3);
             Mesh::quad("huge", material, Vec3::new(-0.5 * side, 0.0, -0.5 * side), Vec3::Z * side, Vec3::X * side)
         }
     };
-    // Below each other: of surfaces at one place it is chance which is seen.
+    // They are stacked, because at equal depth the visible one would be random.
     let huge = scene.meshes.iter().filter(|mesh| mesh.name == "huge").count() as f64;
     let place = if mesh.name == "huge" {
         DAffine3::from_translation(DVec3::NEG_Y * (0.9 + 0.01 * huge))
@@ -163,7 +163,7 @@ fn add_part(scene: &mut Scene, random: &mut Random) {
     scene.add_mesh(mesh, place);
 }
 
-/// One to three lights of any kind; in the open a sky, so that nothing is black.
+/// Adds one to three lights of any kind, and in the open a sky, so that nothing is black.
 fn add_lights(scene: &mut Scene, random: &mut Random, closed: bool) {
     for _ in 0..=random.below(3) {
         let place = random.place(0.6);
@@ -180,7 +180,7 @@ fn add_lights(scene: &mut Scene, random: &mut Random, closed: bool) {
         };
     }
     if closed {
-        // Whatever else hides: some light in the room.
+        // One light is in the room, even if others are hidden.
         scene.add_light(LightKind::Point, Vec3::splat(0.3), DAffine3::from_translation(DVec3::new(0.8, 0.8, 0.8)));
     } else {
         scene.sky = Vec3::splat(random.between(0.1, 1.0));

@@ -1,4 +1,4 @@
-//! A case, a preset and a grid: its number over all places.
+//! A row: a case, a preset and a grid, with its number over all places.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,43 +6,43 @@ use super::case::{Case, Sample};
 use crate::lab::store::{self as lab, Kind, Origin};
 use crate::measure::timing::Spread;
 
-/// `docs/json.md` lists the keys.
+/// A row. `docs/json.md` lists the keys.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Hash over everything that determines the row.
     pub key: String,
-    /// Hash over the same but the device.
+    /// Hash over everything that determines the row except the device.
     pub address: String,
     pub case: String,
     pub preset: String,
     pub method: String,
     /// Voxels along the grid's edge.
     pub grid: u32,
-    /// Command that makes this row again.
+    /// The command that measures this row again.
     pub command: String,
-    /// Absent where it could not run.
+    /// The measurement; `None` if it could not run.
     pub measured: Option<Measured>,
-    /// Why it could not.
+    /// The reason why it could not run.
     pub failure: Option<String>,
-    /// Absent until it ran.
+    /// The origin; `None` before the run.
     pub origin: Option<Origin>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
-    /// Over the places; one that is not finite counts as [`NOT_FINITE`].
+    /// The number over all places; a non-finite one counts as [`NOT_FINITE`].
     pub number: Spread,
-    /// Of the place that is the farthest from the ideal: how far.
+    /// The largest distance from the ideal over all places.
     pub distance: f64,
-    /// The place that is the farthest from the ideal, in words.
+    /// The place with that distance, in words.
     pub worst: String,
-    /// Every place and its number.
+    /// Every place with its number.
     pub places: Vec<(String, f64)>,
     /// Further numbers, each the median over the places.
     pub more: Vec<(String, f64)>,
     /// Device time of a frame.
     pub frame_gpu_ms: Spread,
-    /// Seconds for the whole row, references that were not in the cache included.
+    /// Seconds for the whole row, including references that were not in the cache.
     pub seconds: f64,
 }
 
@@ -50,14 +50,14 @@ pub struct Measured {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pictures {
     pub image: String,
-    /// The image as it should be, where that is known.
+    /// The correct image, if it is known.
     pub truth: Option<String>,
 }
 
-/// Stands for a number that is not finite, which JSON has no word for.
+/// The value that represents a non-finite number, which JSON cannot express.
 pub const NOT_FINITE: f64 = 1e9;
 
-impl lab::Row for Row {
+impl lab::ExperimentRow for Row {
     type Pictures = Pictures;
 
     const KIND: Kind = Kind { command: "stability", words: "rows of stability", version: super::VERSION };
@@ -89,23 +89,23 @@ impl lab::Row for Row {
 }
 
 impl Measured {
-    /// `samples`: at least one. Returns the worst one too.
-    pub fn of(case: &Case, samples: &[Sample], frame_ms: &[f64], seconds: f64) -> (Self, usize) {
+    /// `samples` has at least one element. Also returns the worst one.
+    pub fn of_samples(case: &Case, samples: &[Sample], frame_ms: &[f64], seconds: f64) -> (Self, usize) {
         let finite = |value: f64| if value.is_finite() { value } else { NOT_FINITE };
         let numbers: Vec<f64> = samples.iter().map(|sample| finite(sample.number)).collect();
         let distance = |i: &usize| (numbers[*i] - case.ideal).abs();
         let worst = (0..numbers.len()).max_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or_default();
         let more = samples[0].more.iter().enumerate().map(|(i, (name, _))| {
             let values = samples.iter().map(|sample| finite(sample.more[i].1));
-            ((*name).to_owned(), Spread::of(values).median)
+            ((*name).to_owned(), Spread::of_values(values).median)
         });
         let measured = Self {
-            number: Spread::of(numbers.iter().copied()),
+            number: Spread::of_values(numbers.iter().copied()),
             distance: distance(&worst),
             worst: samples[worst].place.clone(),
             places: samples.iter().map(|sample| sample.place.clone()).zip(numbers.iter().copied()).collect(),
             more: more.collect(),
-            frame_gpu_ms: Spread::of(frame_ms.iter().copied()),
+            frame_gpu_ms: Spread::of_values(frame_ms.iter().copied()),
             seconds,
         };
         (measured, worst)

@@ -1,4 +1,4 @@
-//! Scenes of the cases, each about the origin.
+//! Scenes of the cases, each centred at the origin.
 
 use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
@@ -12,7 +12,7 @@ pub fn view(eye: [f64; 3], target: [f64; 3]) -> View {
     view_of(eye, target, 80.0)
 }
 
-/// A view of so many degrees from bottom to top.
+/// A view with this vertical field of view in degrees.
 pub fn view_of(eye: [f64; 3], target: [f64; 3], degrees: f32) -> View {
     View::look_at(DVec3::from(eye), DVec3::from(target), DVec3::Y, degrees.to_radians())
 }
@@ -36,7 +36,7 @@ pub fn add_quad(scene: &mut Scene, material: usize, corner: Vec3, sides: [Vec3; 
     scene.add_mesh(Mesh::quad("quad", material, corner, sides[0], sides[1]), DAffine3::IDENTITY)
 }
 
-/// Adds a box about the origin, at a place of its own.
+/// Adds a box with its own transform.
 pub fn add_box(scene: &mut Scene, material: usize, half: [f32; 3], place: DAffine3) -> usize {
     let half = Vec3::from(half);
     scene.add_mesh(Mesh::cuboid("box", material, -half, half, false), place)
@@ -55,7 +55,7 @@ pub fn add_lamp(scene: &mut Scene, radiance: f32, side: f32, place: DAffine3) ->
     scene.add_mesh(Mesh::quad("lamp", material, corner, Vec3::X * side, Vec3::Z * side), place)
 }
 
-/// Half the side of [`room`], metres.
+/// Half the side of [`room`] in metres.
 pub const ROOM: f64 = 1.0;
 
 /// The view of [`room`].
@@ -81,11 +81,11 @@ pub fn room_with<T>(light: impl FnOnce(&mut Scene) -> T) -> Stage {
     Stage { scene, reach: ROOM * SQRT_2, view: view(IN_ROOM.0, IN_ROOM.1) }
 }
 
-/// The two rooms' light, and the views into the dark and the lit one.
+/// Views into the dark and the lit room of [`two_rooms`].
 pub const DARK: [f64; 3] = [0.95, 0.0, 0.0];
 pub const LIT: [f64; 3] = [-0.95, 0.0, 0.0];
 
-/// Two rooms of 1 m, the left one lit; what divides them is still missing.
+/// Two rooms of 1 m, the left one lit, without a dividing wall.
 pub fn two_rooms() -> (Stage, usize) {
     let mut scene = Scene::empty("two rooms");
     let grey = add_plaster(&mut scene, [0.7; 3]);
@@ -95,11 +95,11 @@ pub fn two_rooms() -> (Stage, usize) {
     (Stage { scene, reach: 1.12, view: view(DARK, [0.0; 3]) }, grey)
 }
 
-/// With a wall of such a thickness, metres; 0: a sheet.
+/// [`two_rooms`] with a wall of this thickness in metres; 0 is a sheet.
 pub fn divided(thick: f64) -> Stage {
     let (mut stage, grey) = two_rooms();
     let thick = thick as f32;
-    // Where no voxel of an aligned grid begins.
+    // The wall is at a place where no voxel of an aligned grid begins.
     let place = at(0.011, 0.0, 0.0);
     if thick > 0.0 {
         add_box(&mut stage.scene, grey, [0.5 * thick, 0.5, 0.5], place);
@@ -110,13 +110,13 @@ pub fn divided(thick: f64) -> Stage {
     stage
 }
 
-/// Two rooms without fronts, divided by a wall of such a thickness, whose front edge is seen on edge: a lamp lights the
-/// left one, and no line leads from there into the right one.
+/// Two rooms without fronts, divided by a wall of this thickness whose front edge is seen on edge. A lamp lights the
+/// left one, and no straight line leads from there into the right one.
 pub fn on_edge(thick: f64) -> Stage {
     let mut scene = Scene::empty("two rooms without fronts");
     let grey = add_plaster(&mut scene, [0.7; 3]);
     let mut shell = Mesh::cuboid("shell", grey, Vec3::new(-1.0, -0.5, -0.5), Vec3::new(1.0, 0.5, 0.5), true);
-    // Two triangles for each side, +z last.
+    // Each side has two triangles, and +z is the last side.
     shell.indices.truncate(30);
     scene.add_mesh(shell, DAffine3::IDENTITY);
     add_box(&mut scene, grey, [0.5 * thick as f32, 0.5, 0.5], DAffine3::IDENTITY);
@@ -124,8 +124,8 @@ pub fn on_edge(thick: f64) -> Stage {
     Stage { scene, reach: 1.12, view: views_on_edge()[0] }
 }
 
-/// The views of [`on_edge`]: along the wall, from the dark side and from the lit one; from near and from afar; at a
-/// corner of the rooms.
+/// The views of [`on_edge`]: along the wall, from the dark side and from the lit side; near and far; and at a corner of
+/// the rooms.
 pub fn views_on_edge() -> [View; 5] {
     [
         view_of([0.0, 0.1, 1.2], [0.0, 0.0, 0.0], 60.0),
@@ -136,8 +136,8 @@ pub fn views_on_edge() -> [View; 5] {
     ]
 }
 
-/// A roof whose sides fall at such an angle, radians, from a ridge at the origin along z; a lamp on the left lights one
-/// side, and lies below the other's plane.
+/// A roof with two slopes of this angle in radians and a ridge at the origin along z. A lamp on the left lights one
+/// side, and lies below the plane of the other.
 pub fn roof(slope: f32) -> Stage {
     let mut scene = Scene::empty("a roof");
     let grey = add_plaster(&mut scene, [0.7; 3]);
@@ -153,7 +153,7 @@ pub fn roof(slope: f32) -> Stage {
     Stage { scene, reach: 1.0, view: views_of_roof()[0] }
 }
 
-/// The views of [`roof`]: from above, from the dark side and from the lit one; from near and from afar.
+/// The views of [`roof`]: from above, from the dark side and from the lit side; near and far.
 pub fn views_of_roof() -> [View; 4] {
     [
         view_of([0.01, 1.2, 0.3], [0.0, 0.0, 0.0], 50.0),
@@ -163,13 +163,13 @@ pub fn views_of_roof() -> [View; 4] {
     ]
 }
 
-/// With slats as wide as the gaps between them, and half as thick; metres.
+/// [`two_rooms`] with slats as wide as the gaps between them, and half as thick; in metres.
 pub fn fenced(width: f64) -> Stage {
     let (mut stage, grey) = two_rooms();
     let count = (0.5 / width) as i32;
     for i in -count..=count {
         let z = 2.0 * width * f64::from(i);
-        // The last ones end at the walls.
+        // The last slats end at the walls.
         let (near, far) = ((z - 0.5 * width).max(-0.5), (z + 0.5 * width).min(0.5));
         if far > near {
             let half = [0.25 * width as f32, 0.5, 0.5 * (far - near) as f32];
@@ -179,11 +179,11 @@ pub fn fenced(width: f64) -> Stage {
     stage
 }
 
-/// Half the height and the width of the doorway of [`doorway`], metres.
+/// Half the height and the width of the opening of [`doorway`] in metres.
 pub const DOOR: [f32; 2] = [0.4, 0.2];
 
-/// With a wall of 0.1 m with a doorway, and a door of 0.06 m before it, which is the last instance and shut, at such a
-/// gap from the wall, m.
+/// [`two_rooms`] with a wall of 0.1 m with an opening, and a closed door of 0.06 m in front of it, at this gap in
+/// metres. The door is the last instance.
 pub fn doorway(gap: f64) -> Stage {
     let (mut stage, grey) = two_rooms();
     let ([high, wide], thick) = (DOOR, 0.05);
@@ -193,13 +193,13 @@ pub fn doorway(gap: f64) -> Stage {
     }
     let lintel = 0.5 * (1.0 - 2.0 * high);
     add_box(&mut stage.scene, grey, [thick, lintel, wide], at(0.0, f64::from(0.5 - lintel), 0.0));
-    // It slides in front of the wall, on the dark side, and covers the doorway's edges.
+    // It slides in front of the wall on the dark side, and overlaps the opening's edges.
     let half = [0.03, 0.5 - lintel + 0.02, wide + 0.02];
     add_box(&mut stage.scene, grey, half, at(0.08 + gap, f64::from(-lintel), 0.0));
     stage
 }
 
-/// A closed box whose walls reflect `albedo` and send radiance 1.
+/// A closed box whose walls reflect `albedo` and emit radiance 1.
 pub fn furnace(albedo: f32) -> Stage {
     let mut scene = Scene::empty("furnace");
     let glowing = add_matte(&mut scene, [albedo; 3]);
@@ -208,18 +208,18 @@ pub fn furnace(albedo: f32) -> Stage {
     Stage { scene, reach: 0.5 * SQRT_2, view: view([0.1, 0.05, 0.3], [-0.2, -0.1, -0.5]) }
 }
 
-/// A wall of such a thickness, red in front and black elsewhere, lit from the front. Half a metre before and behind it
-/// white squares face it; all lines between them go through the wall. The view shows the one behind or, from the other
-/// side, the one in front.
+/// A wall of this thickness, red in front and black elsewhere, lit from the front. White squares face it at half a
+/// metre in front and behind; all lines between them pass through the wall. The view shows the one behind or, from the
+/// other side, the one in front.
 pub fn back_side(thick: f64) -> Stage {
     let mut scene = Scene::empty("back side");
     let [red, black, white] = [[0.8, 0.02, 0.02], [0.0; 3], [0.8; 3]].map(|albedo| add_matte(&mut scene, albedo));
     let half = 0.5 * thick as f32;
-    // Faces +x; the others of the box are black.
+    // The front faces +x; the other sides of the box are black.
     add_quad(&mut scene, red, Vec3::new(half, -0.5, -0.5), [Vec3::Y, Vec3::Z]);
     let corners = [Vec3::new(-half, -0.5, -0.5), Vec3::new(half, 0.5, 0.5)];
     let mut rest = Mesh::cuboid("rest", black, corners[0], corners[1], false);
-    // Two triangles for each side, −x and +x first: without the front.
+    // Each side has two triangles, −x and +x first; the front is removed.
     rest.indices.drain(6..12);
     scene.add_mesh(rest, DAffine3::IDENTITY);
     for (x, sides) in [(-0.5, [Vec3::Y, Vec3::Z]), (0.5, [Vec3::Z, Vec3::Y])] {
@@ -229,13 +229,13 @@ pub fn back_side(thick: f64) -> Stage {
     Stage { scene, reach: 0.75, view: behind(true) }
 }
 
-/// The view at the square of [`back_side`] that stands behind the wall, or in front.
+/// The view of the square of [`back_side`] behind the wall, or of the one in front.
 pub fn behind(behind: bool) -> View {
     let x = if behind { -0.5 } else { 0.5 };
     view_of([0.4 * x, 0.0, 0.0], [x, 0.0, 0.0], 66.0)
 }
 
-/// A sphere of radius 1 of albedo ½ under an even sky of 1.
+/// A sphere of radius 1 and albedo ½ under a uniform sky of radiance 1.
 pub fn sphere() -> Stage {
     let mut scene = Scene::empty("sphere");
     let grey = add_matte(&mut scene, [0.5; 3]);
@@ -258,7 +258,7 @@ pub fn sphere() -> Stage {
     Stage { scene, reach: 1.0, view: view_of([1.0, 0.8, 2.6], [0.0; 3], 30.0) }
 }
 
-/// A tilted white square that a sun shines on, and nothing else.
+/// A tilted white square lit by a sun, and nothing else.
 pub fn lit_square() -> Stage {
     let mut scene = Scene::empty("lit square");
     let white = add_matte(&mut scene, [0.8; 3]);
@@ -268,7 +268,8 @@ pub fn lit_square() -> Stage {
     Stage { scene, reach: SQRT_2, view: view_of([0.0, 2.0, 0.3], [0.0; 3], 40.0) }
 }
 
-/// Eight metres long and one wide and high, lit at one end, seen from the middle towards the other.
+/// A corridor eight metres long and one metre wide and high, lit at one end, seen from the middle towards the other
+/// end.
 pub fn corridor() -> Stage {
     let mut scene = Scene::empty("corridor");
     let grey = add_plaster(&mut scene, [0.7; 3]);
@@ -277,7 +278,7 @@ pub fn corridor() -> Stage {
     Stage { scene, reach: 4.1, view: view([0.0, 0.0, 0.0], [4.0, -0.2, 0.0]) }
 }
 
-/// Walls that are mirrors, a diffuse block and a lamp.
+/// A room with mirrors as walls, a diffuse block and a lamp.
 pub fn mirror_room() -> Stage {
     let mut scene = Scene::empty("mirror room");
     let mirror = Material { roughness: 0.0, base_color: Vec3::splat(0.8).extend(1.0), ..Material::default() };
@@ -288,10 +289,10 @@ pub fn mirror_room() -> Stage {
     Stage { scene, reach: ROOM * SQRT_2, view: view(IN_ROOM.0, IN_ROOM.1) }
 }
 
-/// Kinds of things that stand on a floor.
+/// Kinds of objects on a floor.
 pub const STANDING: [&str; 3] = ["a box", "a ball", "a step"];
 
-/// A closed room with a lamp under its ceiling, and one of [`STANDING`] on its floor, which lies at −[`ROOM`].
+/// A closed room with a lamp under its ceiling, and one of [`STANDING`] on its floor at −[`ROOM`].
 pub fn standing(kind: &str) -> Stage {
     let mut stage = room_with(|scene| add_lamp(scene, 10.0, 0.5, at(0.3, 0.9, 0.2)));
     let scene = &mut stage.scene;
@@ -315,8 +316,8 @@ pub fn standing(kind: &str) -> Stage {
     Stage { view, ..stage }
 }
 
-/// A room under 1024 lamps of 2 cm, which are out of view: each is smaller than a pixel, and the edges of what is seen
-/// directly would be most of the error.
+/// A room under 1024 lamps of 2 cm, which are out of view: each is smaller than a pixel, and directly visible edges
+/// would dominate the error.
 pub fn thousand_lamps() -> Stage {
     let stage = room_with(|scene| {
         let material = scene.add_material(Material::lamp("lamp", Vec3::splat(5.0)));
@@ -330,11 +331,11 @@ pub fn thousand_lamps() -> Stage {
         let lamps: Vec<_> = (0..1024).flat_map(lamp).collect();
         scene.add_mesh(Mesh::triangles("lamps", material, &lamps), DAffine3::IDENTITY);
     });
-    // Down by 45°, of which the image takes 40°.
+    // The view is down by 45°, and the image covers 40°.
     Stage { view: view([-0.3, 0.5, 0.95], [0.0, -0.5, 0.0]), ..stage }
 }
 
-/// Kinds of triangles that change nothing that is seen, and should change nothing else.
+/// Kinds of triangles that are invisible and must not change anything.
 pub const BAD_TRIANGLES: [&str; 4] = ["without area", "needles", "a surface twice", "far outside"];
 
 /// A [`room`] with triangles of one of [`BAD_TRIANGLES`].

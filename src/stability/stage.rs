@@ -1,4 +1,4 @@
-//! A scene about the origin, put at places in a grid, and rendered there.
+//! A scene centred at the origin, which is placed in a grid and rendered.
 
 use std::sync::atomic::Ordering;
 
@@ -7,18 +7,18 @@ use glam::{DAffine3, DVec3};
 use super::SIZE;
 use super::case::Place;
 use super::cell::Cell;
-use crate::ground::clearance::for_camera;
+use crate::ground::grid_choice::for_camera;
 use crate::layers::{Aov, Layers};
 use crate::renderer::{RenderOptions, Renderer};
 use crate::scene::{Bounds, Pose, Scene, Still, View};
 use crate::settings::{Center, Settings};
 use crate::{Error, Result};
 
-/// A scene, and the cube about the origin that it stays in wherever it is put.
+/// A scene, and the cube at the origin that contains it at every place.
 #[derive(Clone)]
 pub struct Stage {
     pub scene: Scene,
-    /// Half the cube's side, metres: of the scene turned by any of the angles.
+    /// Half the cube's side in metres, for the scene rotated by any of the angles.
     pub reach: f64,
     pub view: View,
 }
@@ -30,7 +30,7 @@ impl Stage {
         settings.grid.side.map_or(2.0 * self.reach / (edge - 2.0 * settings.grid.margin), |side| side / edge)
     }
 
-    /// The settings with a grid that is about the stage wherever the scene goes beyond it.
+    /// The settings with a grid that contains the stage if the scene extends beyond it.
     pub fn with_its_grid(&self, settings: &Settings) -> Settings {
         let mut settings = settings.clone();
         (settings.grid.center, settings.grid.side) =
@@ -48,15 +48,15 @@ impl Stage {
 }
 
 /// A stage on the device.
-pub struct Studio<'a> {
+pub struct CaseRenderer<'a> {
     cell: Cell<'a>,
     pub stage: Stage,
     pub renderer: Renderer,
     voxel_m: f64,
 }
 
-impl<'a> Studio<'a> {
-    /// With the settings of the cell, [fitted](for_camera) as `render` does.
+impl<'a> CaseRenderer<'a> {
+    /// A renderer with the settings of the cell, [fitted](for_camera) as `render` does.
     pub fn new(cell: &Cell<'a>, stage: Stage) -> Result<Self> {
         Self::about(cell, stage, DVec3::ZERO)
     }
@@ -65,7 +65,7 @@ impl<'a> Studio<'a> {
     pub fn about(cell: &Cell<'a>, stage: Stage, center: DVec3) -> Result<Self> {
         let aovs = vec![Aov::Direct, Aov::Indirect, Aov::Depth];
         let voxel_m = stage.voxel_m(&cell.settings);
-        // Where settings say how large the grid is, what reaches farther is outside of it.
+        // If the settings fix the size of the grid, distant parts are outside of it.
         let bounds = match (cell.settings.grid.side, stage.scene.bounds(None)) {
             (Some(_), Bounds { min, max }) => Bounds { min: min + center - voxel_m, max: max + center + voxel_m },
             (None, _) => stage.bounds(center),
@@ -79,23 +79,23 @@ impl<'a> Studio<'a> {
         Ok(Self { cell: cell.clone(), stage, renderer, voxel_m })
     }
 
-    /// The scene at a place, as its view shows it.
+    /// Renders the scene at a place with its view.
     pub fn shoot(&mut self, place: &Place) -> Result<Layers> {
         self.shoot_at(&place.world(self.voxel_m))
     }
 
-    /// As [`Self::shoot`], without the light of earlier frames.
+    /// As [`Self::shoot`], without light of earlier frames.
     pub fn shoot_anew(&mut self, place: &Place) -> Result<Layers> {
         self.renderer.forget_light();
         self.shoot(place)
     }
 
-    /// The scene and its view moved by `world`.
+    /// Renders the scene and its view moved by `world`.
     pub fn shoot_at(&mut self, world: &DAffine3) -> Result<Layers> {
         self.frame(world, &self.stage.pose(), self.stage.view)
     }
 
-    /// The scene at a place in another pose, as another view shows it.
+    /// Renders the scene at a place in another pose and with another view.
     pub fn shoot_as(&mut self, place: &Place, pose: &Pose, view: View) -> Result<Layers> {
         self.frame(&place.world(self.voxel_m), pose, view)
     }
@@ -121,7 +121,7 @@ pub fn moved(pose: &Pose, world: &DAffine3) -> Pose {
     pose
 }
 
-/// A view moved with it, by a rotation or a mirror: which a view cannot be, so that the image comes out mirrored.
+/// A view moved by a rotation or a reflection. A view cannot be reflected, so the image is mirrored instead.
 pub fn seen(view: View, world: &DAffine3) -> View {
     View {
         eye: world.transform_point3(view.eye),

@@ -1,4 +1,4 @@
-//! Whether a scene meets a known failure: looked for in the boxes about its meshes alone, which takes no time.
+//! Detects known weaknesses of a method in a scene from the boxes of its meshes alone, which takes no time.
 
 use glam::{DMat3, DVec3, Vec3};
 
@@ -7,12 +7,12 @@ use crate::ground::grid::Grid;
 use crate::scene::{Bounds, Mesh, Pose, Scene};
 use crate::settings::{LampLight, Settings};
 
-/// A wall's two long sides are at least such a share of the scene's longest.
+/// The minimum of a wall's two long sides as a share of the scene's longest side.
 const WALL: f64 = 0.2;
-/// Below so many voxels of thickness walls leak: see `docs/notes/stability.md`.
+/// The thickness in voxels below which walls leak: see `docs/notes/stability.md`.
 const LEAKS_BELOW: f64 = 2.0;
 
-/// A clause for each known failure that the scene meets with these settings. `bounds`: of the scene.
+/// A clause for each known weakness in this scene with these settings. `bounds` are those of the scene.
 pub fn known_failures(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Settings) -> Vec<String> {
     let Ok(grid) = Grid::place(bounds, settings) else { return Vec::new() };
     let mut found = Vec::new();
@@ -32,7 +32,7 @@ pub fn known_failures(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Set
         ));
     }
     let gathered = settings.lights.lamps == LampLight::Gathered && settings.method != Method::None;
-    let small = |part: &Part| part.lamp && part.sides.max_element() < grid.voxel_m;
+    let small = |part: &InstanceBox| part.lamp && part.sides.max_element() < grid.voxel_m;
     let lamps = if gathered { parts(scene, pose).filter(small).count() } else { 0 };
     if lamps > 0 {
         found.push(format!("{lamps} lamps are smaller than a voxel and gathered: set lights.lamps to sampled"));
@@ -40,11 +40,11 @@ pub fn known_failures(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Set
     found
 }
 
-/// Voxels of the thinnest wall that the boxes show; `None` without such a wall. Nothing is behind what stands at the
-/// scene's border. `bounds`: of the scene.
+/// The thickness in voxels of the thinnest wall among the boxes; `None` without a wall. Boxes at the scene's border do
+/// not count, because nothing is behind them. `bounds` are those of the scene.
 pub fn thinnest(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Settings) -> Option<f64> {
     let voxel_m = Grid::place(bounds, settings).ok()?.voxel_m;
-    let thickness = |Part { sides, center, axes, .. }: Part| {
+    let thickness = |InstanceBox { sides, center, axes, .. }: InstanceBox| {
         let axis = (0..3).min_by(|a, b| sides[*a].total_cmp(&sides[*b]))?;
         let is_long = |other: usize| sides[other] > WALL * bounds.size().max_element();
         let normal = axes.col(axis).normalize_or_zero();
@@ -56,7 +56,7 @@ pub fn thinnest(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Settings)
     parts(scene, pose).filter_map(thickness).min_by(f64::total_cmp)
 }
 
-/// Share of the box's volume that is not in the grid; of a flat box, of its area or length.
+/// The share of the box's volume outside the grid; for a flat box, of its area or length.
 fn outside(grid: &Grid, bounds: Bounds) -> f64 {
     let (least, most) = (grid.corner, grid.corner + grid.voxel_m * f64::from(grid.edge));
     let inside = (bounds.max.min(most) - bounds.min.max(least)).max(DVec3::ZERO);
@@ -74,16 +74,16 @@ fn outside(grid: &Grid, bounds: Bounds) -> f64 {
     1.0 - share(0) * share(1) * share(2)
 }
 
-/// The box about a mesh, where an instance of it stands.
-struct Part {
-    /// Metres along its axes.
+/// The box of a mesh at an instance.
+struct InstanceBox {
+    /// Lengths of its sides in metres.
     sides: DVec3,
     center: DVec3,
     axes: DMat3,
     lamp: bool,
 }
 
-fn parts(scene: &Scene, pose: &Pose) -> impl Iterator<Item = Part> {
+fn parts(scene: &Scene, pose: &Pose) -> impl Iterator<Item = InstanceBox> {
     let bounds = |mesh: &Mesh| {
         let least = mesh.positions.iter().copied().reduce(Vec3::min)?;
         Some((least.as_dvec3(), mesh.positions.iter().copied().reduce(Vec3::max)?.as_dvec3()))
@@ -93,7 +93,12 @@ fn parts(scene: &Scene, pose: &Pose) -> impl Iterator<Item = Part> {
         let ((least, most), axes) = (of_mesh[instance.mesh]?, world.matrix3);
         let lengths = DVec3::new(axes.x_axis.length(), axes.y_axis.length(), axes.z_axis.length());
         let lamp = scene.materials[scene.meshes[instance.mesh].material].emissive != Vec3::ZERO;
-        Some(Part { sides: lengths * (most - least), center: world.transform_point3(0.5 * (least + most)), axes, lamp })
+        Some(InstanceBox {
+            sides: lengths * (most - least),
+            center: world.transform_point3(0.5 * (least + most)),
+            axes,
+            lamp,
+        })
     })
 }
 
@@ -111,7 +116,7 @@ mod tests {
         let scene = divided(0.02).scene;
         let cones = Settings { voxels: 64, ..Settings::cones() };
         let said = found(&scene, &cones);
-        // 0.02 m of 2 m in 59 voxels.
+        // The wall is 0.02 m thick in a grid of 59 voxels over 2 m.
         assert_eq!(said.len(), 1, "{said:?}");
         assert!(said[0].contains("0.59 voxels"), "{said:?}");
         assert!(found(&scene, &Settings { voxels: 64, ..Settings::default() }).is_empty());
@@ -125,7 +130,7 @@ mod tests {
         assert!(found(&scene, &settings).is_empty());
         settings.grid.side = Some(1.0);
         assert!(found(&scene, &settings)[0].contains("50 %"), "{:?}", found(&scene, &settings));
-        // Rays have larger voxels there.
+        // With rays, voxels are larger there.
         settings.method = Method::Rays;
         assert!(found(&scene, &settings).is_empty());
     }

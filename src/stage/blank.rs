@@ -1,18 +1,18 @@
-//! Why an image shows nothing, or hardly anything.
+//! Explains why an image shows nothing, or almost nothing.
 
 use crate::layers::{Aov, Layers};
 use crate::output::display::{Display, MOST_BLACK, black_share};
 use crate::scene::{Pose, Projection, Scene, Still, View};
 
-/// An image is reported as white if a larger share of the pixels that show a surface is.
+/// An image is reported as white if more than this share of its pixels with a surface is white.
 const MOST_WHITE: f64 = 0.99;
-/// An image is reported as black if such a share of all of its pixels is.
+/// An image is reported as black if this share of all its pixels is black.
 const MOST_BLACK_OF_ALL: f64 = 0.9;
-/// 8-bit codes from here on count as white.
+/// 8-bit codes from this value count as white.
 const WHITE: u8 = 253;
 
-/// A sentence about an image on which nothing, or hardly anything, is to be seen. `exposed`: of an image for a display,
-/// how it is shown, and whether its exposure was chosen automatically.
+/// A sentence about an image that shows nothing or almost nothing. For an image for a display, `exposed` holds its tone
+/// curve and exposure, and whether the exposure was chosen automatically.
 pub fn why_blank(
     image: &Layers,
     Still { scene, pose, view }: Still,
@@ -20,7 +20,7 @@ pub fn why_blank(
 ) -> Option<String> {
     let surfaces: Vec<&[f32; 3]> = of_surfaces(image.beauty(), sky_shown(image, scene, view)).collect();
     if surfaces.is_empty() {
-        return where_it_is(scene, pose, view).map(|why| format!("nothing is to be seen: {why}"));
+        return where_it_is(scene, pose, view).map(|why| format!("the image shows no surface: {why}"));
     }
     let (display, automatic) = exposed?;
     let is_white = |p: &&&[f32; 3]| display.codes(***p).into_iter().all(|code| code >= WHITE);
@@ -47,7 +47,7 @@ pub fn why_blank(
     })
 }
 
-/// A sentence about an image that is black where no surface is, which is nearly everywhere.
+/// A sentence about an image that is black wherever no surface is, which is almost everywhere.
 fn mostly_black(image: &Layers, display: Display) -> Option<String> {
     let share = black_share(&image.beauty().iter().collect::<Vec<_>>(), display);
     (share >= MOST_BLACK_OF_ALL).then(|| {
@@ -58,7 +58,7 @@ fn mostly_black(image: &Layers, display: Display) -> Option<String> {
     })
 }
 
-/// The pixels that show something else than the radiance of the sky there, which `sky` tells of each pixel.
+/// The pixels that differ from the radiance of the sky, which `sky` returns for each pixel.
 fn of_surfaces(beauty: &[[f32; 3]], sky: impl Fn(usize) -> [f32; 3]) -> impl Iterator<Item = &[f32; 3]> {
     // The image stores the sky in half floats, with 11 significant bits.
     const HALF_FLOAT: f32 = 1.0 / 1024.0;
@@ -66,8 +66,8 @@ fn of_surfaces(beauty: &[[f32; 3]], sky: impl Fn(usize) -> [f32; 3]) -> impl Ite
     beauty.iter().enumerate().filter(move |(i, p)| !is_sky(*i, p)).map(|(_, p)| p)
 }
 
-/// Radiance that a pixel of `image` shows if it shows the sky: its own where nothing covers it. Where a surface does,
-/// it is the sky's radiance in that direction, or NaN under a map, which no pixel equals.
+/// The radiance of the sky at a pixel of `image`: the pixel's own value if no surface covers it. If a surface does, it
+/// is the sky's radiance in that direction, or NaN for a map, which equals no pixel.
 fn sky_shown<'a>(image: &'a Layers, scene: &'a Scene, view: &'a View) -> impl Fn(usize) -> [f32; 3] + 'a {
     let (alpha, size) = (image.get(Aov::Alpha).unwrap_or_default(), (image.width, image.height));
     move |pixel| match alpha.get(pixel) {
@@ -77,7 +77,7 @@ fn sky_shown<'a>(image: &'a Layers, scene: &'a Scene, view: &'a View) -> impl Fn
     }
 }
 
-/// Why no surface covers any pixel; `None` where one may, but shows exactly the sky's colour.
+/// The reason why no surface covers any pixel; `None` if one may, but has exactly the sky's colour.
 fn where_it_is(scene: &Scene, pose: &Pose, view: &View) -> Option<String> {
     if scene.triangle_count() == 0 {
         return Some("the file has no triangles, and points and lines are not drawn".into());
@@ -95,6 +95,6 @@ fn where_it_is(scene: &Scene, pose: &Pose, view: &View) -> Option<String> {
     } else if scene.has_light() {
         format!("the scene is outside the camera's view, or shows it only the backs of single-sided surfaces; {moved}")
     } else {
-        return None; // without light all is black, which was said
+        return None; // without light everything is black, which was reported before
     })
 }

@@ -13,16 +13,16 @@ use crate::{Error, Result};
 /// A rendered picture: linear radiance, further layers, and how a display shows it.
 #[derive(Clone, Debug)]
 pub struct Image {
-    /// Rows from the top.
+    /// Radiance and further layers, rows from the top.
     pub layers: Layers,
-    /// How [`Image::save`] shows it in a .png or a .jpg.
+    /// Tone curve and exposure with which [`Image::save`] writes a .png or .jpg.
     pub display: Display,
-    /// Sentences about what was ignored, simplified or added, and about what may be wrong with the picture.
+    /// Sentences about parts that were ignored, simplified or added, and about possible problems of the picture.
     pub notes: Vec<String>,
-    /// By the picture's own estimate, the root mean square of its pixels' relative error; not known of a single pass.
+    /// The estimated root mean square of the pixels' relative error; unknown for a single pass.
     pub noise: Option<f64>,
-    /// The settings that it was rendered with: `image.passes` is as high as the number of passes that were made. A
-    /// traced picture has none.
+    /// The settings of the picture, with `image.passes` as the number of passes that were made. A path-traced picture
+    /// has none.
     pub settings: Option<Settings>,
     /// Metadata of an .exr.
     pub(super) header: Metadata,
@@ -49,8 +49,8 @@ impl Image {
         self.radiance().iter().map(|radiance| self.display.codes(*radiance)).collect()
     }
 
-    /// Compares the picture with its reference: energy, errors, and those of the indirect light by itself if both have
-    /// the layer `direct`; `docs/accuracy.md` has the formulas.
+    /// Compares the picture with its reference: energy and errors, and those of the indirect light if both have the
+    /// layer `direct`. `docs/accuracy.md` has the formulas.
     ///
     /// # Errors
     /// The sizes differ, a picture has no finite pixel, or the reference is black.
@@ -58,14 +58,14 @@ impl Image {
         Ok(compare_files(&self.layers, &reference.layers, [&self.header, &reference.header])?.0)
     }
 
-    /// Writes the picture: by the path's ending a .png or .jpg, exposed and tone-mapped by [`Image::display`], or an
-    /// .exr of linear radiance with all layers. The bytes are those that the command writes.
+    /// Writes the picture by the path's ending: a .png or .jpg, exposed and tone-mapped by [`Image::display`], or an
+    /// .exr of linear radiance with all layers. The bytes are those of the command `render`.
     ///
     /// # Errors
-    /// The path has another ending, or cannot be written; a .jpg of a picture with transparent pixels.
+    /// The path has another ending or cannot be written, or a .jpg is requested for a picture with transparent pixels.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
         let path = path.as_ref();
-        let kind = ImageKind::of(path);
+        let kind = ImageKind::of_path(path);
         if kind == Some(ImageKind::Jpeg) && self.layers.get(Aov::Alpha).is_some() {
             return Err(Error::file(path, "has no transparent pixels, as a .jpg; name a .png or an .exr"));
         }

@@ -1,6 +1,6 @@
-//! From a scene to a picture in one call, as `twobounce render` makes it: [`Stage`] says what is seen and lit,
-//! [`Staged`] is a scene made ready for it, [`render`](fn@render) the picture, and [`Refine`] how good it gets. The
-//! command line is a user of all of it.
+//! From a scene to a picture in one call, as `twobounce render` does: [`Stage`] describes the view and the light,
+//! [`Staged`] is a scene that was prepared with it, [`render`](fn@render) makes the picture, and [`Refine`] sets its
+//! quality. The command line uses this module for all scenes.
 
 mod blank;
 mod image;
@@ -24,22 +24,22 @@ use crate::settings::choices;
 use crate::{Error, Result};
 
 choices! {
-    /// When something is added to a scene that its file does not have.
+    /// Conditions under which something is added to a scene that its file does not have.
     When {
         On = "on",
         Off = "off",
-        /// Where the scene needs it.
+        /// If the scene needs it.
         Auto = "auto",
     }
 }
 
-/// From where a scene is seen.
+/// The position from which a scene is seen.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Viewpoint {
-    /// The file's first camera, or one that frames the scene where it has none.
+    /// The file's first camera, or a camera that frames the scene if the file has none.
     #[default]
     Auto,
-    /// The file's camera of this name or index.
+    /// The file's camera with this name or index.
     OfFile(String),
     /// A camera at `eye` that looks at `target`, both in metres.
     LookAt { eye: DVec3, target: DVec3, up: DVec3 },
@@ -49,24 +49,26 @@ pub enum Viewpoint {
 #[derive(Clone, Debug)]
 pub struct Stage {
     pub viewpoint: Viewpoint,
-    /// Vertical field of view in degrees, between 0 and 180; the camera's own where absent, or 45.
+    /// Vertical field of view in degrees, between 0 and 180; by default that of the camera, or 45.
     pub fov_degrees: Option<f64>,
-    /// The name or index of the animation that plays, or `all`; the first where absent.
+    /// The name or index of the animation that plays, or `all`; by default the first one.
     pub animation: Option<String>,
     /// Seconds within the animation, from 0 on.
     pub time_s: f64,
-    /// Whether an animation begins anew when it ends; else it stays as it ended.
+    /// Whether an animation repeats; otherwise its last state stays.
     pub repeats: bool,
     pub sky: Sky,
-    /// The sky's radiance is multiplied by this, at least 0.
+    /// A factor of the sky's radiance, at least 0.
     pub sky_intensity: f64,
-    /// A map is turned by so many degrees, counter-clockwise seen from above.
+    /// Rotation of a sky map in degrees, counter-clockwise seen from above.
     pub sky_rotation_degrees: f64,
-    /// Texels a side of the largest sky map; larger ones are halved until they fit.
+    /// The maximum side of a sky map in texels; larger maps are halved until they fit.
     pub max_texture: Option<u32>,
-    /// A studio's light. It is needed where a scene has neither a light nor a sky, and does not light itself.
+    /// Whether to add a studio's light. [`When::Auto`] adds it to a scene that has neither a light nor a sky, and does
+    /// not emit enough light.
     pub default_light: When,
-    /// A grey ground below the scene. It is needed with the default light where the camera is above it.
+    /// Whether to add a grey ground below the scene. [`When::Auto`] adds it with the default light if the camera is
+    /// above it.
     pub ground: When,
 }
 
@@ -92,7 +94,7 @@ impl Stage {
     /// Refuses mistakes that can be found without a scene.
     ///
     /// # Errors
-    /// [`Error::Usage`] in one sentence, which names the command line's flag.
+    /// [`Error::Usage`] with one sentence that names the command line's flag.
     pub fn check(&self) -> Result<()> {
         let usage = |sentence: &str| Err(Error::Usage(sentence.to_owned()));
         if self.default_light == When::On && self.sky.is_given() {
@@ -115,7 +117,7 @@ impl Stage {
         let Some(forward) = (target - eye).try_normalize() else {
             return usage("--eye and --target are the same point; move one of them");
         };
-        // Within 1e-6 radians the image's roll would be rounding noise.
+        // Within 1e-6 radians the roll of the image would be rounding noise.
         if up.try_normalize().is_none_or(|up| up.cross(forward).length() < 1e-6) {
             return usage("--up is zero or points along the view; choose another direction");
         }

@@ -1,5 +1,4 @@
-//! A still image is refined until it is good: passes over it are added until its own estimate of its noise is low
-//! enough.
+//! Refinement of a still image: passes are added until the estimated noise of their mean is low enough.
 
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -12,45 +11,45 @@ use crate::renderer::{FrameReport, Renderer};
 use crate::scene::{Pose, Still, View};
 use crate::settings::{GatherResolution, Settings};
 
-/// The noise that a still image is refined to, root mean square of its pixels' relative errors.
+/// The noise to which a still image is refined: root mean square of its pixels' relative errors.
 const NOISE: f64 = 0.02;
-/// The most passes, where time does not end them before.
+/// The maximum number of passes.
 const MOST_PASSES: u32 = 256;
-/// Pixels of the largest image of which every one gathers where it is refined: 200 MB for opaque surfaces, as much for
-/// blended ones.
+/// The largest number of pixels at which light is gathered at every pixel during refinement: 200 MB for opaque
+/// surfaces, and as much for blended ones.
 const MOST_GATHERED: u64 = 1 << 21;
-/// Work that takes longer is compared with the path tracer's.
+/// Remaining work that takes longer than this is compared with the path tracer's.
 const LONG: Duration = Duration::from_secs(10);
-/// Samples a pixel of the path tracer's trial, whose image has an eighth of the pixels a side.
+/// Samples per pixel of the path tracer's two trials, whose image has an eighth of the pixels along each side.
 const TRIAL: [u32; 2] = [2, 8];
 const TRIAL_SCALE: u32 = 8;
 
-/// Whether memory is too scarce for light at every pixel: where the image is so large, or the caller sets a limit.
+/// Whether memory may not suffice for light at every pixel: for a large image, or with a limit set by the caller.
 pub fn is_scarce((width, height): (u32, u32), memory_limit: Option<u64>) -> bool {
     u64::from(width) * u64::from(height) > MOST_GATHERED || memory_limit.is_some()
 }
 
-/// The noise that an image is refined to.
+/// The noise to which an image is refined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Noise {
-    /// The image has the passes of `image.passes` alone.
+    /// The image has `image.passes` passes, without refinement.
     Off,
-    /// A share: the root mean square of the pixels' relative errors.
+    /// The maximum root mean square of the pixels' relative errors, as a share.
     AtMost(f64),
 }
 
-/// How good an image gets, and how long that may take.
+/// The quality of an image, and the time that it may take.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Refine {
-    /// Where absent, .02 for a still image without `image.passes`, else [`Noise::Off`].
+    /// By default 0.02 for a still image without `image.passes`, else [`Noise::Off`].
     pub noise: Option<Noise>,
     /// No further pass begins after this time.
     pub time_limit: Option<Duration>,
 }
 
 impl Refine {
-    /// The noise that an image is refined to. A `still` is a single image that is made to be looked at. None where
-    /// `image.passes` alone counts.
+    /// The noise to which an image is refined. `still` marks a single image that is made to be looked at. `None` if
+    /// only `image.passes` counts.
     fn goal(&self, still: bool, settings: &Settings) -> Option<f64> {
         match self.noise {
             Some(Noise::Off) => None,
@@ -59,9 +58,9 @@ impl Refine {
         }
     }
 
-    /// The settings for an image that may be refined: then light is gathered at every pixel, unless the resolution was
-    /// `chosen` or memory is `scarce` ([`is_scarce`]). What is gathered for several pixels blurs, and no pass takes
-    /// that away.
+    /// The settings for an image that may be refined. Light is gathered at every pixel, unless the resolution was
+    /// `chosen` or memory is `scarce` ([`is_scarce`]): gathering at fewer pixels blurs light, and no number of passes
+    /// removes that.
     #[must_use]
     pub fn fitted(&self, settings: Settings, chosen: bool, still: bool, scarce: bool) -> Settings {
         let mut fitted = settings;
@@ -72,16 +71,16 @@ impl Refine {
     }
 }
 
-/// Something to be said of an image that is refined.
+/// An event during refinement.
 #[derive(Clone, Debug)]
 pub enum Event {
-    /// The next pass begins: how many there are, and about how many are needed, where two have shown it.
+    /// The next pass begins. `has` passes are finished, and about `needed` are needed in all, known after two passes.
     Pass { has: u32, needed: Option<u32> },
-    /// The path tracer is nearer to the goal.
+    /// A note that the path tracer would reach the goal sooner.
     Note(String),
 }
 
-/// The goal of an image, and how far it is.
+/// The goal of an image, and the progress towards it.
 pub struct Refinement {
     noise: f64,
     until: Option<Instant>,
@@ -89,12 +88,12 @@ pub struct Refinement {
     passes: u32,
     resolution: GatherResolution,
     reached: Option<f64>,
-    /// The scene's file, in the path tracer's command.
+    /// The scene's file, for the path tracer's command.
     file: Option<String>,
 }
 
 impl Refinement {
-    /// Of work that began at `began`. None where the number of passes is given by `image.passes` alone.
+    /// The refinement of work that began at `began`. `None` if only `image.passes` counts.
     pub fn new(args: &Refine, still: bool, settings: &Settings, began: Instant) -> Option<Self> {
         let noise = args.goal(still, settings)?;
         let until = args.time_limit.map(|limit| began + limit);
@@ -102,17 +101,17 @@ impl Refinement {
         Some(Self { noise, until, began: Instant::now(), passes: 1, resolution, reached: None, file: None })
     }
 
-    /// Of a scene that the command line finds there, so that it can be told of the path tracer.
+    /// Sets the scene's file, so that a note can name the path tracer's command.
     #[must_use]
     pub fn of_file(self, file: String) -> Self {
         Self { file: Some(file), ..self }
     }
 
-    /// Renders an image, and adds passes to it until it is good. `tell` is asked before each of these: its error ends
-    /// the work.
+    /// Renders an image, and adds passes until its noise is low enough. `tell` is called before each further pass; its
+    /// error ends the work.
     ///
     /// # Errors
-    /// As for [`Renderer::render`], and that of `tell`.
+    /// As for [`Renderer::render`], and errors of `tell`.
     pub fn run(
         &mut self,
         renderer: &mut Renderer,
@@ -133,7 +132,7 @@ impl Refinement {
         Ok(report)
     }
 
-    /// The image is the mean of so many passes. Whether it needs another one.
+    /// Reports the number of `passes` in the image's mean. Returns whether another one is needed.
     fn lacks(&mut self, passes: u32, report: &FrameReport) -> bool {
         (self.passes, self.reached) = (passes, report.noise);
         let good = self.reached.is_some_and(|noise| noise <= self.noise);
@@ -144,20 +143,22 @@ impl Refinement {
         self.until.is_some_and(|until| Instant::now() >= until)
     }
 
-    /// About how many passes the goal takes in all, where two have shown it: noise falls with the root of their number.
+    /// About the number of passes that the goal takes in all, known after two of them: noise is proportional to the
+    /// inverse square root of their number.
     fn needed(&self) -> Option<u32> {
         let noise = self.reached?;
         let passes = f64::from(self.passes) * (noise / self.noise).powi(2);
         Some((passes.ceil() as u32).max(self.passes))
     }
 
-    /// The time that the passes that are missing take.
+    /// The time of the remaining passes.
     fn left(&self) -> Option<Duration> {
         let missing = f64::from(self.needed()? - self.passes);
         Some(self.began.elapsed().mul_f64(missing / f64::from(self.passes)))
     }
 
-    /// A sentence where the path tracer is nearer to the goal; asked once, when noise is known and much is left to do.
+    /// A sentence if the path tracer would reach the goal sooner. It is requested once, when the noise is known and
+    /// much work remains.
     fn compare(&self, still: Still, size: (u32, u32), settings: &Settings) -> Result<Option<String>> {
         let left = self.left().filter(|left| self.passes == 2 && *left > LONG);
         let Some((left, file)) = left.zip(self.file.as_ref()) else { return Ok(None) };
@@ -178,7 +179,7 @@ impl Refinement {
         }))
     }
 
-    /// The noise that was reached, and where it is above the goal what is left; and whether it is above.
+    /// The noise that was reached and the remaining work if it is above the goal; and whether it is.
     pub fn result(&self) -> (String, bool) {
         let (passes, goal) = (self.passes, 100.0 * self.noise);
         let resolution = self.resolution;
@@ -208,7 +209,7 @@ impl Refinement {
     }
 }
 
-/// About how long the path tracer takes for an image of so little noise, by a small trial.
+/// About the time that the path tracer takes for an image of this noise, measured by a small trial.
 fn paths_time(still: Still, size: (u32, u32), depth: Depth, noise: f64) -> Result<Duration> {
     let [width, height] = [size.0, size.1].map(|side| side.div_ceil(TRIAL_SCALE));
     let mut film = Film::new(width, height);
@@ -220,14 +221,14 @@ fn paths_time(still: Still, size: (u32, u32), depth: Depth, noise: f64) -> Resul
         reference::render(still, &options, &mut film, control)?;
         *time = begins.elapsed();
     }
-    // Both trials prepare the scene; the second one adds its further samples alone.
+    // Both trials prepare the scene; the second one only adds its further samples.
     let (samples, trial_pixels) = (f64::from(TRIAL[1] - TRIAL[0]), f64::from(width * height));
     let sample = times[1].saturating_sub(times[0]).div_f64(samples * trial_pixels);
     let needed = f64::from(TRIAL[1]) * (film.noise() / noise).powi(2);
     Ok(times[0] + sample.mul_f64(needed * f64::from(size.0) * f64::from(size.1)))
 }
 
-/// Such as `40 s`, `3 min 20 s` or `2 h 5 min`.
+/// A duration such as `40 s`, `3 min 20 s` or `2 h 5 min`.
 pub fn duration(time: Duration) -> String {
     match time.as_secs_f64().round() as u64 {
         seconds @ 0..60 => format!("{seconds} s"),

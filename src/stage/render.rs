@@ -17,30 +17,30 @@ use crate::settings::Settings;
 use crate::stability::warnings::known_failures;
 use crate::{Error, Result};
 
-/// The largest side of an image, in pixels.
+/// The maximum side of an image in pixels.
 pub const MAX_SIDE: u32 = 16384;
 
-/// How far a picture is: a pass over it begins.
+/// The progress of a picture, reported when a pass begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// Passes that are finished.
+    /// The number of finished passes.
     pub has: u32,
-    /// About how many it takes in all, once two have shown it.
+    /// About the number of passes in all, known after two of them.
     pub needed: Option<u32>,
 }
 
-/// How a picture is made. [`Options::default`] is what `twobounce render` does without flags.
+/// Options of a picture. [`Options::default`] has the defaults of `twobounce render`.
 #[derive(Clone)]
 pub struct Options {
-    /// Pixels; 1280 × 720 by default.
+    /// Width and height in pixels; 1280 × 720 by default.
     pub size: (u32, u32),
-    /// Camera, moment, sky and default light.
+    /// Camera, time, sky and default light.
     pub stage: Stage,
-    /// Layers beside radiance.
+    /// Layers in addition to radiance.
     pub layers: Vec<Aov>,
-    /// Whether pixels that no surface covers are transparent; the sky lights all the same.
+    /// Whether pixels without a surface are transparent. The sky lights the scene in both cases.
     pub transparent: bool,
-    /// How good the picture gets; a noise of 2 % by default.
+    /// The noise to which the picture is refined; 2 % by default.
     pub noise: Option<Noise>,
     /// No further pass begins after this time.
     pub time_limit: Option<Duration>,
@@ -48,22 +48,22 @@ pub struct Options {
     pub tone: ToneMap,
     /// Exposure of a .png or .jpg in stops, -60 to 60; automatic where absent.
     pub exposure_ev: Option<f32>,
-    /// A device that is open already; else one is opened for this picture.
+    /// An open device; by default a device is opened for this picture.
     pub context: Option<Arc<Context>>,
     /// The device to open: see [`ContextOptions::device`].
     pub device: Option<String>,
-    /// Whether the device is opened with Vulkan's validation layers; any of their messages then is an error.
+    /// Whether the device is opened with Vulkan's validation layers, whose messages are then errors.
     pub validation: bool,
-    /// Bytes of device memory that may be taken; the device's budget where absent.
+    /// Bytes of device memory that may be used; by default the budget that the device reports.
     pub memory_limit: Option<u64>,
     /// Called before each pass over the picture.
     pub progress: Option<Arc<dyn Fn(Progress) + Send + Sync>>,
-    /// Once it is true, the work ends with [`Error::Interrupted`], within about a second.
+    /// A flag that ends the work with [`Error::Interrupted`] within about a second once it is true.
     pub cancel: Option<Arc<AtomicBool>>,
-    /// Those of the preset `balanced` by default. [`Options::set`] changes a key by its name.
+    /// The settings; by default those of the preset `balanced`. [`Options::set`] changes a key by its name.
     pub settings: Settings,
-    /// Whether light is gathered where `image.gather_resolution` of the settings says, also for a picture that is
-    /// refined; else that gathers at every pixel.
+    /// Whether light is gathered at the pixels of `image.gather_resolution` even if the picture is refined. By default
+    /// a refined picture gathers at every pixel.
     pub keeps_resolution: bool,
 }
 
@@ -100,7 +100,7 @@ impl fmt::Debug for Options {
 }
 
 impl Options {
-    /// With the settings of a preset: `fast`, `balanced` or another of [`PRESETS`](crate::settings::PRESETS).
+    /// Options with the settings of a preset: `fast`, `balanced` or another of [`PRESETS`](crate::settings::PRESETS).
     ///
     /// # Errors
     /// No preset has that name.
@@ -108,7 +108,7 @@ impl Options {
         Ok(Self { settings: Settings::preset(name)?, ..Self::default() })
     }
 
-    /// With settings that are taken as they are.
+    /// Options with these settings, which are used unchanged.
     pub fn with_settings(settings: Settings) -> Self {
         Self { settings, keeps_resolution: true, ..Self::default() }
     }
@@ -116,7 +116,7 @@ impl Options {
     /// Sets a key of the settings, `key=value`, as `--set` does.
     ///
     /// # Errors
-    /// There is no such key, or the value is not one of its.
+    /// There is no such key, or it does not take the value.
     pub fn set(&mut self, key_value: &str) -> Result<&mut Self> {
         self.settings.set(key_value)?;
         self.keeps_resolution |= key_value.trim_start().starts_with("image.gather_resolution");
@@ -130,7 +130,7 @@ impl Options {
             return usage(format!("a picture of {width}x{height} pixels: each side may have 1 to {MAX_SIDE}"));
         }
         if self.exposure_ev.is_some_and(|ev| !(-60.0..=60.0).contains(&ev)) {
-            return usage("the exposure is no number of stops between -60 and 60".into());
+            return usage("the exposure is not between -60 and 60 stops; choose one that is".into());
         }
         if matches!(self.noise, Some(Noise::AtMost(noise)) if noise.is_nan() || noise <= 0.0) {
             return usage("the noise of a picture must be above 0; choose Noise::Off for no goal".into());
@@ -139,13 +139,13 @@ impl Options {
     }
 }
 
-/// Renders a scene as `twobounce render` does: seen through its first camera or framed, with a default light where it
-/// has none, refined until its noise is low, on a device that is opened here unless [`Options::context`] names one. The
-/// same scene and options give the same bits on the same device, as long as time does not end the work.
+/// Renders a scene as `twobounce render` does. It is seen through its first camera or framed, lit by a default light if
+/// it has none, and refined until its noise is low. A device is opened unless [`Options::context`] has one. The same
+/// scene and options give the same bits on the same device, unless a time limit ends the work.
 ///
 /// # Errors
-/// [`Error::Usage`] for options or a scene that make no sense, [`Error::Memory`] for what does not fit the device,
-/// [`Error::Device`] where none is found or it fails, [`Error::Interrupted`] by [`Options::cancel`].
+/// [`Error::Usage`] for invalid options or scenes, [`Error::Memory`] if the device has too little memory,
+/// [`Error::Device`] if no device is found or it fails, [`Error::Interrupted`] by [`Options::cancel`].
 pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
     let began = Instant::now();
     options.check()?;
@@ -216,12 +216,12 @@ pub fn render(scene: &Scene, options: &Options) -> Result<Image> {
     Ok(Image { layers, display, notes, noise: report.noise, settings: Some(settings), header })
 }
 
-/// These layers in the order of files, and alpha, which tells which pixels show the sky.
+/// These layers in the order of files, with alpha, which marks pixels that show the sky.
 pub fn with_alpha(layers: &[Aov]) -> Vec<Aov> {
     Aov::ALL.iter().copied().filter(|layer| *layer == Aov::Alpha || layers.contains(layer)).collect()
 }
 
-/// Refuses an image that is larger than those that a device makes.
+/// Refuses an image that exceeds the device's limits.
 pub fn check_size(context: &Context, (width, height): (u32, u32)) -> Result<()> {
     let limits = &context.limits;
     let most = limits.max_image_dimension2_d.min(limits.max_framebuffer_width).min(limits.max_framebuffer_height);
@@ -233,8 +233,7 @@ pub fn check_size(context: &Context, (width, height): (u32, u32)) -> Result<()> 
     Ok(())
 }
 
-/// Sentences about what the method and the settings are known to fail at in this scene, and what of its materials is
-/// approximated.
+/// Sentences about known weaknesses of the method and settings in this scene, and about approximated materials.
 pub fn known_limits(staged: &Staged, settings: &Settings) -> Vec<String> {
     let (scene, (pose, _)) = (&staged.scene, &staged.still);
     let failures = known_failures(scene, pose, staged.bounds(), settings);
@@ -246,7 +245,7 @@ pub fn known_limits(staged: &Staged, settings: &Settings) -> Vec<String> {
     notes
 }
 
-/// Metadata of an .exr that is rendered.
+/// Metadata of a rendered .exr.
 pub fn image_header(staged: &Staged, settings: &Settings, context: &Context) -> Metadata {
     staged.header([
         ("writer", format!("twobounce {} render", env!("CARGO_PKG_VERSION"))),

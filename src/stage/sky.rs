@@ -1,4 +1,4 @@
-//! The sky that is given to a scene.
+//! The sky that options add to a scene.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use crate::{Error, Result};
 /// The sky, which is visible and lights the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Sky {
-    /// Radiance, the same all around; none where it is 0.
+    /// Uniform radiance from all directions; no sky if it is 0.
     Even(Vec3),
     /// An equirectangular map, an .hdr or an .exr.
     Map(PathBuf),
@@ -24,12 +24,12 @@ impl Default for Sky {
 }
 
 impl Sky {
-    /// Whether there is a sky, black or not.
+    /// Whether a sky is given, even a black one.
     pub fn is_given(&self) -> bool {
         *self != Self::default()
     }
 
-    /// The file that is read.
+    /// The file of a map.
     pub fn map(&self) -> Option<&PathBuf> {
         match self {
             Self::Map(path) => Some(path),
@@ -37,7 +37,7 @@ impl Sky {
         }
     }
 
-    /// Refuses what can be found wrong without opening the file.
+    /// Refuses mistakes that can be found without opening the file.
     pub(super) fn check(&self, intensity: f64, rotation_degrees: f64) -> Result<()> {
         let usage = |sentence: &str| Err(Error::Usage(sentence.to_owned()));
         if matches!(self, Self::Even(radiance) if !(radiance.is_finite() && radiance.min_element() >= 0.0)) {
@@ -60,7 +60,7 @@ impl Sky {
 }
 
 impl Stage {
-    /// Gives `scene` the sky, if there is one. Returns what is to be said about that.
+    /// Adds the sky to `scene`, if one is given. Returns notes about it.
     pub(super) fn add_sky(&self, scene: &mut Scene) -> Result<Vec<String>> {
         let intensity = self.sky_intensity as f32;
         let path = match &self.sky {

@@ -1,19 +1,19 @@
-//! A scene that is made ready to be rendered: its camera chosen, its sky and its light added.
+//! A scene that is prepared for rendering: its camera is chosen, and its sky and light are added.
 
 use std::sync::OnceLock;
 
 use super::{Stage, Viewpoint, When};
-use crate::ground::clearance::fitted_to_camera;
+use crate::ground::grid_choice::fitted_to_camera;
 use crate::output::exr::Metadata;
 use crate::reference::lights_itself;
 use crate::scene::{Bounds, DEFAULT_FOV_DEGREES, Playback, Pose, Projection, Scene, Still, View};
 use crate::settings::Settings;
 use crate::{Error, Result};
 
-/// A scene ready to render.
+/// A scene that is ready to render.
 pub struct Staged {
     pub scene: Scene,
-    /// Pixels of the image.
+    /// Width and height of the image in pixels.
     pub size: (u32, u32),
     /// The camera in words, for headers and reports.
     pub camera: String,
@@ -22,37 +22,37 @@ pub struct Staged {
     pub shot: Shot,
     /// The pose at [`Stage::time_s`], and the camera in it.
     pub still: (Pose, View),
-    /// Sentences about what was ignored, simplified or added.
+    /// Sentences about parts that were ignored, simplified or added.
     pub notes: Vec<String>,
-    /// Of the scene over all that plays, once something asked for them.
+    /// Bounds of the scene over all that is animated, computed on request.
     bounds: OnceLock<Bounds>,
 }
 
-/// Which moment of a scene is seen, and from where.
+/// The time and the camera of a picture.
 #[derive(Clone)]
 pub struct Shot {
     playback: Playback,
     time_s: f64,
-    camera: Camera,
+    camera: StageCamera,
 }
 
-/// A camera of the file moves with its node; the others stand still.
+/// The camera: one of the file moves with its node, others are fixed.
 #[derive(Clone, Copy)]
-enum Camera {
+enum StageCamera {
     OfFile {
         index: usize,
-        /// Radians; its own where absent.
+        /// Vertical field of view in radians; by default that of the camera.
         fov: Option<f32>,
     },
     Fixed(View),
 }
 
 impl Staged {
-    /// Chooses animation and camera, adds the sky and, without any light, a light. `size`: of the image, in pixels.
+    /// Chooses animation and camera, and adds the sky and, if needed, a light. `size` is that of the image in pixels.
     ///
     /// # Errors
-    /// As for [`Stage::check`], a camera or an animation that the scene does not have, a sky that cannot be read, and
-    /// [`Error::Usage`] for a scene that [`Scene::check`] refuses.
+    /// As for [`Stage::check`]; also a camera or an animation that the scene does not have, a sky that cannot be read,
+    /// and [`Error::Usage`] for a scene that [`Scene::check`] refuses.
     pub fn new(mut scene: Scene, stage: &Stage, size: (u32, u32)) -> Result<Self> {
         stage.check()?;
         let of_sky = stage.add_sky(&mut scene)?;
@@ -73,12 +73,12 @@ impl Staged {
         Ok(Self { scene, size, camera: words, sky, shot, still, notes, bounds })
     }
 
-    /// The box of the scene over all that plays.
+    /// The bounds of the scene over all that is animated.
     pub fn bounds(&self) -> Bounds {
         *self.bounds.get_or_init(|| self.scene.bounds_of(&self.shot.playback))
     }
 
-    /// The settings, with smaller voxels about the camera where the scene asks for them, and a note that says so then.
+    /// The settings with smaller voxels around the camera if the scene needs them, and a note about this.
     pub fn fitted(&self, settings: Settings) -> (Settings, Option<String>) {
         let (pose, view) = &self.still;
         match fitted_to_camera(&settings, Still::new(&self.scene, pose, view), self.bounds()) {
@@ -87,15 +87,15 @@ impl Staged {
         }
     }
 
-    /// The scene on another stage: another moment, another camera. And the camera in words.
+    /// The pose, view and camera words of the scene on another stage: at another time or through another camera.
     ///
     /// # Errors
-    /// A camera that the scene does not have.
+    /// The scene does not have the camera.
     pub fn seen(&self, stage: &Stage) -> Result<(Pose, View, String)> {
         let frames = stage.viewpoint == Viewpoint::Auto && self.scene.cameras.is_empty();
         let (camera, words) = match &self.shot.camera {
-            // A ground has been added since.
-            Camera::Fixed(view) if frames => (Camera::Fixed(*view), self.camera.clone()),
+            // A ground was added after the scene was checked.
+            StageCamera::Fixed(view) if frames => (StageCamera::Fixed(*view), self.camera.clone()),
             _ => stage.choose_camera(&self.scene, self.size, || self.bounds())?,
         };
         let shot = Shot { time_s: stage.time_s, camera, ..self.shot.clone() };
@@ -103,14 +103,14 @@ impl Staged {
         Ok((pose, view, words))
     }
 
-    /// Seconds that what plays takes; 0 where nothing moves.
+    /// Duration of the animations in seconds; 0 without motion.
     pub fn duration_s(&self) -> f64 {
         let playing = self.shot.playback.animations.iter().map(|&i| f64::from(self.scene.animations[i].duration));
         playing.fold(0.0, f64::max)
     }
 
-    /// Metadata of an .exr about its origin: how the scene is seen, and `more`. No dates: the same command gives the
-    /// same bytes.
+    /// Metadata of an .exr about its origin: the view of the scene, and `more`. There are no dates, so that the same
+    /// command gives the same bytes.
     pub fn header<const N: usize>(&self, more: [(&str, String); N]) -> Metadata {
         let Scene { name, hash, .. } = &self.scene;
         let (time, camera) = (self.shot.time_s.to_string(), self.camera.clone());
@@ -121,7 +121,7 @@ impl Staged {
 }
 
 impl Stage {
-    /// Adds light, and a ground that takes it, where the scene needs some. Returns what is to be said about that.
+    /// Adds light, and a ground that receives it, if the scene needs them. Returns notes about them.
     fn light(&self, scene: &mut Scene, shot: &Shot, bounds: &OnceLock<Bounds>) -> Result<Option<String>> {
         let lit = |scene: &Scene| {
             let (pose, view) = shot.at(scene, 0.0);
@@ -133,11 +133,11 @@ impl Stage {
             _ if lit(scene)? => "",
             _ => "the scene has no light or sky, and what it emits hardly lights anything that is seen",
         };
-        // Those of the scene itself, before anything is added.
+        // These are the bounds of the scene itself, before anything is added.
         let about = |scene: &Scene| *bounds.get_or_init(|| scene.bounds_of(&shot.playback));
         let add = |scene: &mut Scene| {
             let (view, bounds) = (shot.first_view(scene), about(scene));
-            // From below, a ground would hide what is seen.
+            // Seen from below, a ground would hide the scene.
             let ground = self.ground == When::On || self.ground == When::Auto && view.eye.y > bounds.min.y;
             scene.add_studio(&view, bounds, ground)
         };
@@ -153,13 +153,13 @@ impl Stage {
         Ok(needs.then(|| format!("{why}: the image will be black or nearly so")))
     }
 
-    /// The camera, and its words. `bounds`: of the scene.
+    /// The camera and its description. `bounds` are those of the scene.
     fn choose_camera(
         &self,
         scene: &Scene,
         (width, height): (u32, u32),
         bounds: impl FnOnce() -> Bounds,
-    ) -> Result<(Camera, String)> {
+    ) -> Result<(StageCamera, String)> {
         let fov = self.fov_degrees.map(|fov| fov.to_radians() as f32);
         let fov_words = self.fov_degrees.map_or(String::new(), |fov| format!(" fov {fov}"));
         let index = match &self.viewpoint {
@@ -168,7 +168,7 @@ impl Stage {
                 let view = View::look_at(*eye, *target, *up, fov.to_radians() as f32);
                 let point = |p: &glam::DVec3| format!("{},{},{}", p.x, p.y, p.z);
                 let words = format!("eye {} target {} up {} fov {fov}", point(eye), point(target), point(up));
-                return Ok((Camera::Fixed(view), words));
+                return Ok((StageCamera::Fixed(view), words));
             }
             Viewpoint::OfFile(name) => Some(scene.camera_named(name)?),
             Viewpoint::Auto => (!scene.cameras.is_empty()).then_some(0),
@@ -181,7 +181,7 @@ impl Stage {
                         format!("--fov: camera {index} is orthographic; leave it out or look with --eye and --target");
                     return Err(Error::Usage(text));
                 }
-                (Camera::OfFile { index, fov }, format!("{index} {:?}{fov_words}", camera.name))
+                (StageCamera::OfFile { index, fov }, format!("{index} {:?}{fov_words}", camera.name))
             }
             None => {
                 let fov = fov.unwrap_or(DEFAULT_FOV_DEGREES.to_radians());
@@ -189,14 +189,14 @@ impl Stage {
                 let bounds = bounds();
                 let view = View::filling(&scene.outline(bounds), fov, aspect);
                 let view = view.unwrap_or_else(|| View::framing_within(bounds, fov));
-                (Camera::Fixed(view), format!("framing the scene{fov_words}"))
+                (StageCamera::Fixed(view), format!("framing the scene{fov_words}"))
             }
         })
     }
 }
 
 impl Shot {
-    /// The scene `later_s` seconds after [`Stage::time_s`].
+    /// The pose `later_s` seconds after [`Stage::time_s`].
     pub fn pose(&self, scene: &Scene, later_s: f64) -> Pose {
         scene.pose_of(&self.playback, self.time_s + later_s)
     }
@@ -204,23 +204,22 @@ impl Shot {
     /// The camera in a pose of the scene.
     pub fn view(&self, scene: &Scene, pose: &Pose) -> View {
         match self.camera {
-            Camera::OfFile { index, fov: asked } => {
+            StageCamera::OfFile { index, fov: asked } => {
                 let mut view = scene.view(pose, index);
                 if let (Some(asked), Projection::Perspective { fov, .. }) = (asked, &mut view.projection) {
                     *fov = asked;
                 }
                 view
             }
-            Camera::Fixed(view) => view,
+            StageCamera::Fixed(view) => view,
         }
     }
 
-    /// The camera at [`Stage::time_s`]: one that stands still asks for no pose, which of millions of instances is
-    /// large.
+    /// The camera at [`Stage::time_s`]. A fixed one needs no pose, which is large for millions of instances.
     fn first_view(&self, scene: &Scene) -> View {
         match self.camera {
-            Camera::Fixed(view) => view,
-            Camera::OfFile { .. } => self.at(scene, 0.0).1,
+            StageCamera::Fixed(view) => view,
+            StageCamera::OfFile { .. } => self.at(scene, 0.0).1,
         }
     }
 

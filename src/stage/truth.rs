@@ -12,34 +12,34 @@ use crate::reference::{self, Depth, Progress, Stop, VERSION};
 use crate::scene::{Scene, Still};
 use crate::{Error, Result, memory};
 
-/// How a picture is traced.
+/// Options of the path tracer.
 #[derive(Clone, Debug)]
 pub struct PathTracing {
-    /// Indirect bounces; all light where absent.
+    /// The number of indirect bounces; by default all light.
     pub bounces: Option<u32>,
-    /// Samples a pixel, 2 or more; where absent, as many as [`PathTracing::noise`] takes.
+    /// Samples per pixel, at least 2; by default as many as [`PathTracing::noise`] needs.
     pub samples: Option<u32>,
     /// Samples are added until the root mean square of the pixels' relative error is at most this share.
     pub noise: f64,
-    /// Other seeds give other noise.
+    /// The seed of the random numbers.
     pub seed: u64,
-    /// Where samples are kept between calls, and taken from.
+    /// A cache that keeps samples between calls.
     pub cache: Option<Cache>,
 }
 
 impl Default for PathTracing {
-    /// As `twobounce reference`: two bounces, 1 % of noise. Samples are not kept.
+    /// The defaults of `twobounce reference`: two bounces and 1 % of noise. Samples are not kept.
     fn default() -> Self {
         Self { bounces: Some(2), samples: None, noise: 0.01, seed: 0, cache: None }
     }
 }
 
-/// Traces the truth that [`render`](fn@super::render) is held against, on the CPU: an unbiased picture of the same
-/// scene. Of `options` those count that say what is seen and shown: size, stage, layers, transparency, tone, exposure,
-/// and what cancels the work. `progress` is told of paths, now and then and from any thread.
+/// Path-traces an unbiased picture of a scene on the CPU: the reference of [`render`](fn@super::render). Only size,
+/// stage, layers, transparency, tone, exposure and cancellation of `options` are used. `progress` is called with the
+/// number of paths from any thread.
 ///
 /// # Errors
-/// As for [`render`](fn@super::render), without a device.
+/// As for [`render`](fn@super::render), but no device is needed.
 pub fn path_trace(
     scene: &Scene,
     options: &Options,
@@ -87,7 +87,7 @@ pub fn path_trace(
     Ok(Image { layers, display, notes, noise: Some(film.noise()), settings: None, header })
 }
 
-/// Metadata of an .exr that is traced.
+/// Metadata of a path-traced .exr.
 pub fn truth_header(staged: &Staged, depth: Depth, seed: u64) -> Metadata {
     let depth = match depth {
         Depth::Full => "full".to_owned(),

@@ -1,13 +1,13 @@
-//! Raw Vulkan, made short once: a [`Context`], resources that free themselves, pipelines whose layouts come from
-//! reflection, and a [`Recorder`] that times what it records.
+//! A small layer over raw Vulkan: a [`Context`], resources that free themselves, pipelines whose layouts come from
+//! reflection, and a [`Recorder`] that times its passes.
 //!
-//! By itself: [`Context::new`], then per frame [`Recorder::new`] and [`Recorder::finish`], or [`Recorder::submit`] for
-//! several frames in flight. Within a host: [`Context::adopt`], a [`Slot`] per frame in flight, then per frame
-//! [`Recorder::on`] the host's command buffer.
+//! A program without its own device calls [`Context::new`], then for each frame [`Recorder::new`] and
+//! [`Recorder::finish`], or [`Recorder::submit`] for several frames in flight. A host calls [`Context::adopt`], keeps a
+//! [`Slot`] per frame in flight, and for each frame calls [`Recorder::on`] with its command buffer.
 //!
-//! Conventions: one queue; every image is in `GENERAL` layout from its creation on; every descriptor is pushed in set 0
-//! and named as in GLSL, and so is every specialisation constant; a mistake in a pass (a missing binding, an unknown
-//! constant, a push block of the wrong size) panics and names both.
+//! Conventions: there is one queue; every image is in `GENERAL` layout after its creation; every descriptor is pushed
+//! in set 0; descriptors and specialisation constants have the names of GLSL; a mistake in a pass (a missing binding,
+//! an unknown constant, a push block of the wrong size) panics and names both.
 
 mod device;
 mod pipeline;
@@ -17,7 +17,7 @@ mod resource;
 #[cfg_attr(not(internals), doc(hidden))]
 pub use pipeline::shader;
 
-/// The crates whose types a host hands over.
+/// The crates whose types a host passes.
 pub use {ash, gpu_allocator};
 
 pub use ash::vk::{
@@ -42,7 +42,7 @@ pub use device::submit::immediate;
 pub use pipeline::bind::Bind;
 pub use pipeline::constants::{Constant, Value};
 pub use pipeline::desc::{Compute, ComputeDesc, DepthDesc, Pipeline, Raster, RasterDesc, VertexInput};
-pub use pipeline::reflect::{Binding, BindingKind, Member, Stage, StageInfo, StructLayout};
+pub use pipeline::reflect::{Binding, BindingKind, Member, ShaderStage, StageInfo, StructLayout};
 #[cfg(feature = "hot-reload")]
 pub use pipeline::reload::Reload;
 pub use record::frame_log::{AttachmentLog, CallLog, CommandLog, DispatchLog, DrawLog, FrameLog, ZoneLog};
@@ -56,4 +56,4 @@ pub use record::zone::{ZoneKind, ZoneTiming, ZoneTimings, process_cpu_ms};
 pub use resource::buffer::{Buffer, BufferAt, BufferKind};
 pub use resource::image::{Image, ImageDesc, ImageDim, ImageRegion, ImageView};
 pub use resource::sampler::Sampler;
-pub use resource::structure::{Corners, Structure, StructureDesc, StructureSize};
+pub use resource::structure::{Structure, StructureDesc, StructureSize, TriangleCorners};

@@ -1,9 +1,9 @@
 """Renders a scene of the suite with Blender's Cycles: python cycles_rows.py SCENE SIDE PATHS OUT.exr
 
-It needs `pip install "bpy<5" mitsuba numpy` and Python 3.11; Mitsuba only writes the file. The script prints the milliseconds of the
-image, with the transfer of the scene to Cycles and without the second image, of direct light, which becomes the layer `direct`.
-Processor alone, no denoiser, no clamping, no limit on bounces below 1024, box filter. A point light with a radius is a ball, not
-seen by the camera.
+It needs `pip install "bpy<5" mitsuba numpy` and Python 3.11; Mitsuba only writes the file. The script prints the
+milliseconds of the image, with the transfer of the scene to Cycles and without the second image, of direct light, which
+becomes the layer `direct`. Processor alone, no denoiser, no clamping, no limit on bounces below 1024, box filter. A
+point light with a radius is a ball, not seen by the camera.
 """
 
 import sys

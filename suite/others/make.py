@@ -1,7 +1,8 @@
 """Makes the images of other programs and the list of them: python make.py --device TEXT [--scenes NAME ...]
 
-Every scene that `scenes.read` reads is rendered by Mitsuba and by Cycles: along few paths a pixel at both sizes, and along many at the
-smaller one, to see whether the programs agree. The images go into out/suite/others, the list into suite/others.toml.
+Every scene that `scenes.read` reads is rendered by Mitsuba and by Cycles: along few paths a pixel at both sizes, and
+along many at the smaller one, to see whether the programs agree. The images go into out/suite/others, the list into
+suite/others.toml.
 """
 
 import argparse

@@ -1,8 +1,9 @@
 """Renders a scene of the suite with Mitsuba 3: python mitsuba_rows.py SCENE SIDE PATHS OUT.exr
 
-It needs `pip install mitsuba numpy`. The script prints the milliseconds of the image, without loading and without the second image,
-of direct light, which becomes the layer `direct`. Integrator `path`, paths without a limit, box filter. A point light with a radius
-is a ball of the radiance intensity / (pi radius^2), as in the references; it is hidden where the camera would see it.
+It needs `pip install mitsuba numpy`. The script prints the milliseconds of the image, without loading and without the
+second image, of direct light, which becomes the layer `direct`. Integrator `path`, paths without a limit, box filter. A
+point light with a radius is a ball of the radiance intensity / (pi radius^2), as in the references; it is hidden where
+the camera would see it.
 """
 
 import sys

@@ -1,8 +1,8 @@
 """The diffuse scenes of the suite as arrays, for the scripts beside this file.
 
-A scene of the suite is read from its .glb: triangles in the world with the vertices of each material, the materials' albedo and
-emission, and the lights. Six of the eight scenes are made of Lambertian surfaces, area lamps, point lights and a sun alone; `read`
-refuses the other two.
+A scene of the suite is read from its .glb: triangles in the world with the vertices of each material, the materials'
+albedo and emission, and the lights. Six of the eight scenes are made of Lambertian surfaces, area lamps, point lights
+and a sun alone; `read` refuses the other two.
 """
 
 import json
@@ -33,7 +33,8 @@ def rotation(quaternion):
 
 
 def read(name):
-    """(entry, materials, lights): a material is a dict of vertices, triangles, albedo and emission; a light is a dict."""
+    """(entry, materials, lights): a material is a dict of vertices, triangles, albedo and emission; a light is a
+    dict."""
     entry = entries()[name]
     data = (SUITE / entry["file"]).read_bytes()
     length = struct.unpack("<I", data[12:16])[0]
@@ -83,7 +84,8 @@ def read(name):
 
 
 def ball_pixels(entry, light, side):
-    """The pixels in which a ball of light of the scene would be seen, with a pixel around them: the suite's lights are not seen."""
+    """The pixels in which a ball of light of the scene would be seen, with a pixel around them: the suite's lights are
+    not seen."""
     eye, target, up = (np.array(entry[key]) for key in ["eye", "target", "up"])
     forward = (target - eye) / np.linalg.norm(target - eye)
     right = np.cross(forward, up) / np.linalg.norm(np.cross(forward, up))

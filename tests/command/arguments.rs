@@ -1,4 +1,4 @@
-//! The command line as a user meets it: through the built program, without a GPU.
+//! The command line through the built program, without a GPU.
 
 use std::fs;
 use std::path::Path;
@@ -8,12 +8,12 @@ use crate::cli_common::{folder, names};
 
 fn twobounce(folder: &Path, args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
-    // No driver is found, so that nothing here depends on the machine's devices.
+    // No Vulkan driver is found, so that nothing here depends on the machine's devices.
     command.env("VK_DRIVER_FILES", "/none").env("VK_ICD_FILENAMES", "/none").env_remove("TWOBOUNCE_DEVICE");
     command.current_dir(folder).args(args).output().unwrap()
 }
 
-/// Fails unless the command exits with 2, says exactly one sentence that holds all `parts`, and leaves no file.
+/// Fails unless the command exits with 2, prints exactly one sentence that contains all `parts`, and leaves no file.
 fn refused(folder: &Path, args: &[&str], parts: &[&str]) {
     let before = names(folder);
     let output = twobounce(folder, args);
@@ -30,7 +30,8 @@ fn effective(folder: &Path, args: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Preset, then file, then keys, wherever they stand on the line; among keys the last one wins.
+/// The preset applies first, then the file, then keys, wherever they stand on the line; of equal keys the last one
+/// wins.
 #[test]
 fn settings_win_in_the_stated_order() {
     let folder = folder();
@@ -187,7 +188,7 @@ fn damaged_scenes_are_refused_in_a_sentence() {
     }
 }
 
-/// A sound command where no driver is installed: the last thing that can go wrong before rendering.
+/// A valid command where no driver is installed: opening the device is the last check before rendering.
 #[test]
 fn a_missing_driver_is_said_in_a_sentence() {
     let folder = folder();

@@ -1,4 +1,4 @@
-//! `twobounce chart` as a user meets it: rows, pages, going on after whatever ended it, and what it refuses.
+//! `twobounce chart`: rows, pages, continuing after an interruption, and refusals.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -27,7 +27,7 @@ impl Folder {
         self.charting(args).output().unwrap()
     }
 
-    /// Standard output of a chart that must work.
+    /// Standard output of a chart; fails if the command fails.
     fn charted(&self, args: &[&str]) -> String {
         let output = self.chart(args);
         assert_eq!(output.status.code(), Some(0), "{args:?}: {}", text(&output.stderr));
@@ -75,7 +75,7 @@ fn cells(line: &str) -> Vec<String> {
     cells
 }
 
-/// Under validation: a message would be a row's failure.
+/// With validation, any message would be a row's failure.
 #[test]
 fn rows_pages_and_failures() {
     let folder = Folder::with_box(SCENE);
@@ -100,13 +100,13 @@ fn rows_pages_and_failures() {
         assert!(row["failure"].is_null() && measured["frame_gpu_ms"]["median"].as_f64().unwrap() > 0.0, "{row}");
         let sum: f64 = measured["passes"].as_array().unwrap().iter().map(|p| p["gpu_ms"].as_f64().unwrap()).sum();
         let frame = measured["frame_gpu_ms"]["max"].as_f64().unwrap();
-        // The passes' medians may come from different frames, the slowest frame bounds each of them.
+        // The passes' medians may come from different frames; each is at most the time of the slowest frame.
         assert!(sum > 0.0 && sum < 1.5 * frame, "passes take {sum} ms, the slowest frame {frame}");
         assert_eq!(measured["same"]["bounces"], 2);
         assert!(measured["full"]["bounces"].is_null());
         let changed = measured["equal_terms"].as_array().unwrap().len();
         assert_eq!(changed, if row["preset"] == "printed" { 2 } else { 0 }, "{row}");
-        // Two bounces are less than all light, so the indirect part seems brighter beside them.
+        // The reference of all light is brighter than two bounces, so the share of indirect light in it is larger.
         let energy = |truth: &str| measured[truth]["indirect"]["energy"].as_f64().unwrap();
         assert!(energy("same") > energy("full"), "{row}");
     }
@@ -115,7 +115,7 @@ fn rows_pages_and_failures() {
     assert!(rel(&rows[0]) < rel(&rows[1]), "{} and {}", rel(&rows[0]), rel(&rows[1]));
     for row in &rows[2..4] {
         let failure = row["failure"].as_str().unwrap();
-        // One digit more where the need lies within the same MiB.
+        // One further digit, because the need lies within the same MiB.
         assert!(
             ["10 MiB", "9.5 MiB"].iter().any(|size| failure.contains(&format!("--memory-limit of {size}"))),
             "{row}"
@@ -158,13 +158,13 @@ fn rows_pages_and_failures() {
     written.extend(["rows[].measured.same".into(), "rows[].measured.full".into()]);
     assert_eq!(written, documented);
 
-    // Once there is room the failures are tried again, and the rest is kept.
+    // With enough memory the failed rows are measured, and the others are kept.
     let said = folder.charted(&args);
     assert!(said.contains("rows kept from earlier calls: 4 of 6") && !said.contains("could not run"), "{said}");
 }
 
-/// The chart and `compare` measure by one definition: every number of a row is that of the images, rendered one by one. The box is lit by
-/// a lamp, so that presets which gather lamps need a second image for their indirect light.
+/// The chart and `compare` use one definition of errors: every number of a row equals that of the images, rendered one
+/// by one. A lamp lights the box, so presets that gather lamps need a second image for their indirect light.
 #[test]
 fn a_row_and_a_comparison_of_its_images_say_the_same() {
     let folder = Folder::empty();
@@ -209,14 +209,14 @@ fn a_row_and_a_comparison_of_its_images_say_the_same() {
     }
 }
 
-/// A program that was killed finds its rows the next time, and makes the chart that an undisturbed one makes.
+/// A chart continues after its process was killed, and becomes equal to one that was not interrupted.
 #[cfg(unix)]
 #[test]
 fn killed_or_interrupted_it_goes_on() {
     let folder = Folder::with_box(SCENE);
     let args = [SCENE, "--presets", "fast,printed", "--sweep", "voxels=32,64"];
     let mut child = folder.started("killed", &args);
-    // A second chart leaves it alone.
+    // A second process does not write into the folder meanwhile.
     let second = folder.chart(&[&args[..], &["-o", "killed"]].concat());
     let said = text(&second.stderr);
     assert!(second.status.code() == Some(2) && said.contains("is being filled by another process"), "{said}");

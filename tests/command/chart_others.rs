@@ -1,5 +1,5 @@
-//! Rows of a chart that no settings made: images of other programs, judged by the definition that all rows share, and
-//! the program's own path tracer.
+//! Rows of a chart that are not renderer settings: images of other programs, measured by the common definition, and the
+//! program's own path tracer.
 
 use std::fs;
 
@@ -26,7 +26,7 @@ impl Folder {
         self.done(&[&["render", SCENE, "-q", "--noise=off", "-o", output], &SMALL[..4], more].concat());
     }
 
-    /// Copies an image without a word in its header, as another program writes it, changed.
+    /// Copies an image without this word in its header, as another program would write it.
     fn foreign(&self, from: &str, to: &str, change: impl Fn(&mut Layers)) {
         let (mut image, _) = Layers::read_exr(&self.path(from)).unwrap();
         change(&mut image);
@@ -38,7 +38,7 @@ fn first_pixel(image: &mut Layers) -> &mut [f32; 3] {
     &mut image.layers[0].1[0]
 }
 
-/// The error of an image does not depend on whether the chart rendered it, an import brought it, or `compare` reads it.
+/// The error of an image is the same whether the chart rendered it, an import brought it, or `compare` reads it.
 #[test]
 fn an_imported_image_has_the_errors_of_the_charts_own() {
     let folder = Folder::with_box(SCENE);
@@ -90,14 +90,14 @@ fn an_imported_image_has_the_errors_of_the_charts_own() {
     let (fast, printed) = (measured("fast"), measured("printed"));
     assert!(fast["same"]["diffuse"]["rel"].as_f64().unwrap() > 0.0, "{fast}");
 
-    // The program's own header says everything; of an image without one the list does.
+    // The header of this program's images has all facts; for an image without one the list gives them.
     for name in ["Own", "Other, 2 \"bounces\""] {
         let import = measured(name);
         for truth in ["full", "same"] {
             assert_eq!(import[truth], fast[truth], "{name}, {truth}");
         }
     }
-    // Its bounces are not told, so that it is held against all light.
+    // Its number of bounces is unknown, so it is compared with all light.
     let bare = measured("Bare");
     assert_eq!(bare["full"]["total"], fast["full"]["total"]);
     assert_eq!(bare["same"], bare["full"]);
@@ -112,9 +112,9 @@ fn an_imported_image_has_the_errors_of_the_charts_own() {
     assert!(indirect("Bare").contains("not judged: nothing says"), "{}", indirect("Bare"));
     assert!(indirect("Approximate").contains("not judged: the image's header says"), "{}", indirect("Approximate"));
 
-    // By `compare` too, where the light of the reference is subtracted from an image without a direct layer: both are
-    // shadowed exactly, so that they differ by the noise of the reference's shadows alone, of which a point light has
-    // none but along edges.
+    // `compare` too subtracts the reference's direct light from an image without a direct layer. Both have exact
+    // shadows, so they differ by the noise of the reference's shadows alone, which for a point light exists only along
+    // edges.
     let reference =
         ["reference", SCENE, "--depth", "full", "--noise", "20", "--aov", "direct,diffuse", "--size", "32x24", "-q"];
     folder.done(&[&reference[..], &["-o", "truth.exr"]].concat());
@@ -127,7 +127,7 @@ fn an_imported_image_has_the_errors_of_the_charts_own() {
     let apart = (energy("Less the reference's") - energy("Own")).abs();
     assert!(apart > 0.0 && apart < 0.05, "{apart} for the noise of shadows in the reference");
 
-    // The given values stand in the files and on the page as they were given.
+    // Given values appear in the files and on the page unchanged.
     let row = Folder::row(&rows, "Other, 2 \"bounces\"");
     assert_eq!(row["source"]["kind"], "import");
     assert_eq!(row["source"]["milliseconds"], 12.5);
@@ -146,11 +146,12 @@ fn an_imported_image_has_the_errors_of_the_charts_own() {
     let svg = fs::read_to_string(folder.path("out/chart.svg")).unwrap();
     assert!(svg.contains("other program: 12 ms as given"), "{svg}");
     assert!(svg.contains("ms a frame: GPU; other programs: as given"), "{svg}");
-    // Two more panels show the imports of which the whole image alone was judged.
+    // Two more panels show the imports of which only the whole image was measured.
     assert_eq!(svg.matches("class=\"title\"").count(), 4, "{svg}");
     assert!(svg.contains("Bare, other program: 7 ms as given"), "{svg}");
 
-    // The command again keeps all of it; another image under the same name is judged anew; none leaves the others.
+    // A repeated command keeps all rows; another image of the same name is measured again; without imports the other
+    // rows stay.
     let said = folder.done(&[&["chart", SCENE, "-o", "out"][..], &SMALL, &args].concat());
     assert!(said.contains("rows kept from earlier calls: 8 of 8"), "{said}");
     folder.foreign("fast.exr", "bare.exr", |image| {
@@ -250,7 +251,7 @@ fn imports_that_are_unfit_are_refused_in_a_sentence() {
         assert!(output.stdout.is_empty(), "{args:?}: {}", text(&output.stdout));
         assert_eq!(names(&folder.path("")), before, "{args:?} left something behind");
     }
-    // Of several scenes the command line cannot say which one is meant; a list can.
+    // With several scenes the command line cannot say which one an image shows; a list can.
     fs::copy(folder.path(SCENE), folder.path("room.glb")).unwrap();
     let two = [&["chart", SCENE, "room.glb", "-o", "out", "--presets", "fast", "--paths", "none"][..], &SMALL].concat();
     let output = folder.run(&[&two[..], &one("a=fit.exr,3")].concat());
@@ -263,8 +264,8 @@ fn imports_that_are_unfit_are_refused_in_a_sentence() {
     assert_eq!(scenes, ["box", "room", "room"]);
 }
 
-/// More paths are nearer to the truth and take longer; the same paths are the same image; and they are not those of the
-/// reference, whose noise is not theirs.
+/// More paths err less and take longer; equal numbers of paths give equal images; and their random numbers are not
+/// those of the reference, so that the two noises are independent.
 #[test]
 fn the_path_tracer_stands_beside_the_settings() {
     let folder = Folder::with_box(SCENE);
@@ -291,8 +292,8 @@ fn the_path_tracer_stands_beside_the_settings() {
     for part in ["total", "diffuse"] {
         let rel: Vec<f64> = traced.iter().map(|row| row["measured"]["full"][part]["rel"].as_f64().unwrap()).collect();
         assert!(rel.windows(2).all(|pair| pair[1] < pair[0]), "{part}: {rel:?}");
-        // Noise falls with the root of the number of paths: by 8 over all, and less where the reference's own is what
-        // is left.
+        // Noise falls with the root of the number of paths: by 8 over all, and less where the reference's own noise
+        // dominates.
         assert!(rel[3] < rel[0] / 3.0, "{part}: {rel:?}");
     }
     let svg = fs::read_to_string(folder.path("out/chart.svg")).unwrap();
@@ -306,7 +307,7 @@ fn the_path_tracer_stands_beside_the_settings() {
         "no mark of the path tracer"
     );
 
-    // Traced anew in another folder, they err as before; and as the same image of the command that the page names does.
+    // In another folder the rows have the same errors, and so has the image of the command that the page names.
     let again = run("again", &["--paths", "16,4,4"]);
     assert_eq!(again.len(), 1 + 2);
     for (row, old) in again[1..].iter().zip(&traced[1..3]) {

@@ -1,4 +1,4 @@
-//! A chart's rounds: rough references and a page soon, then errors as good as asked for, while times stay as they were measured.
+//! A chart's rounds: rough references and a page soon, then errors as exact as requested, while times stay as measured.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -46,7 +46,7 @@ fn errors_are_refined_and_times_are_kept() {
         shown.contains("\"running\":true") && shown.contains("Errors are rough"),
         "the page does not say what it is"
     );
-    // Through JSON's own reading of numbers, as the rows below.
+    // Through JSON's reading of numbers, like the rows below.
     let as_json = |bytes: &[u8]| {
         let kept: twobounce::lab::store::Stored<twobounce::chart::row::Row> = toml::from_str(&text(bytes)).unwrap();
         serde_json::from_str::<Value>(&serde_json::to_string(&kept.row).unwrap()).unwrap()
@@ -71,7 +71,7 @@ fn errors_are_refined_and_times_are_kept() {
         assert_eq!(old["origin"], new["origin"]);
         for truth in ["full", "same"] {
             assert!(number(new, &format!("/measured/{truth}/noise")) <= 0.015, "{new}");
-            // Noise makes an error larger, at most by what the bar shows; and by chance a little smaller.
+            // Noise of the reference makes an error larger, at most by the bar's length, or by chance a little smaller.
             let rel = |row: &Value| number(row, &format!("/measured/{truth}/total/rel"));
             let bar = number(old, &format!("/measured/{truth}/noise_in_rel/total"));
             let added = rel(old) - rel(new);

@@ -1,4 +1,4 @@
-//! `demo` as a user meets it: images, benchmark, window.
+//! `demo`: images, benchmark, window.
 
 use crate::cli_common;
 
@@ -21,7 +21,7 @@ fn done(folder: &Path, arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Twelve seconds at one image every four; each is what `render` makes of that moment.
+/// Twelve seconds at one image every four seconds; each equals the image that `render` makes of that moment.
 #[test]
 fn its_images_are_those_of_its_scene() {
     let folder = tempfile::tempdir().unwrap();
@@ -47,7 +47,7 @@ fn its_benchmark_times_every_pass() {
         let [min, median, p99] = ["min", "median", "p99"].map(|key| of[key].as_f64().unwrap());
         assert!(0.0 <= min && min <= median && median <= p99, "{of}");
     }
-    // Everything moves: the lists are made anew in every frame.
+    // Everything moves: the lists are rebuilt in every frame.
     assert!(passes.iter().any(|pass| pass["name"] == "voxelise" && pass["frames"] == 3), "{passes:?}");
     for pass in passes {
         assert!(said.contains(&format!("| {} |", pass["name"].as_str().unwrap())), "{said}");
@@ -90,7 +90,7 @@ mod window {
         assert!(text.contains("twobounce demo -o") && text.lines().count() == 1, "{text}");
     }
 
-    /// It plays until it is paused; what is seen then is what the printed command renders.
+    /// The demo plays until it is paused; then the printed command renders the picture in the window.
     #[test]
     fn it_plays_in_the_window() {
         let folder = tempfile::tempdir().unwrap();

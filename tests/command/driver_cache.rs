@@ -1,12 +1,12 @@
-//! Mesa's cache on disk does not tell widths of vectors apart: code for 256 bits must not run where the driver has 128.
+//! Mesa's shader cache on disk must tell vector widths apart: code for 256 bits must not run on a driver with 128.
 
 use std::fs;
 use std::process::Command;
 
 use crate::cli_common::{Folder, root, text};
 
-/// Draws through a geometry shader, whose outputs the driver holds in memory of its own, with vectors of so many bits, over a
-/// heap in which glibc finds what is written past the end of a block.
+/// Draws through a geometry shader with vectors of this many bits. The driver keeps the shader's outputs in memory of
+/// its own; glibc's checked heap finds writes past the end of a block.
 fn rendered(folder: &Folder, cache: &str, bits: &str) -> Vec<u8> {
     let out = folder.path("a.png");
     let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// An example, built.
+/// Builds an example and returns its program.
 fn built(name: &str) -> PathBuf {
     let profile = if cfg!(debug_assertions) { "dev" } else { "release" };
     let build = ["build", "--locked", "--offline", "--quiet", "--example", name, "--profile", profile];
@@ -13,7 +13,7 @@ fn built(name: &str) -> PathBuf {
     Path::new(env!("CARGO_BIN_EXE_twobounce")).with_file_name("examples").join(name)
 }
 
-/// The example is a program of its own: under the validation layer its last picture is what `twobounce render` writes.
+/// The example is a program of its own: under the validation layer its last picture equals that of `twobounce render`.
 #[test]
 #[ignore = "it builds a program of its own: `make test-more`"]
 fn the_example_draws_what_the_command_line_draws() {
@@ -40,8 +40,8 @@ fn the_example_draws_what_the_command_line_draws() {
     assert!(refused.status.code() == Some(2) && String::from_utf8_lossy(&refused.stderr).starts_with("call it with"));
 }
 
-/// An engine's own G-buffer is lit as the renderer's, under the validation layer: pixels differ at edges, which the engine does not
-/// smooth, and by the noise of 16 passes.
+/// An engine's own G-buffer is lit like the renderer's, under the validation layer. Pixels differ at edges, which the
+/// engine does not smooth, and by the noise of 16 passes.
 #[test]
 #[ignore = "it builds a program of its own: `make test-more`"]
 fn an_engines_own_surfaces_are_lit_as_the_renderers() {

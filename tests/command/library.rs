@@ -1,4 +1,4 @@
-//! The library's picture in one call: the command's bytes, notes and refusals.
+//! Pictures by one call of the library: their bytes, notes and refusals equal the command's.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -11,7 +11,7 @@ use twobounce::{Aov, Error, Noise, Options, PathTracing, Scene, Sky, Viewpoint, 
 
 use crate::cli_common::{Folder, root, text};
 
-/// Small, rough pictures on a validated device.
+/// Small, rough pictures on a device with validation.
 fn small(preset: &str) -> Options {
     let mut options = Options::preset(preset).unwrap();
     options.size = (48, 32);
@@ -21,7 +21,8 @@ fn small(preset: &str) -> Options {
     options
 }
 
-/// The library writes with options the bytes that the command writes with flags, as an .exr and as a .png, with as many notes.
+/// With options the library writes the bytes that the command writes with flags, as an .exr and as a .png, and the same
+/// number of notes.
 fn are_equal(scene: &Path, preset: &str, flags: &[&str], change: impl Fn(&mut Options)) {
     let folder = Folder::empty();
     let scene_words = scene.display().to_string();
@@ -73,7 +74,7 @@ fn options_are_what_flags_are() {
     });
 }
 
-/// Every one is an error of one sentence, none a panic.
+/// Each is an error of one sentence, not a panic.
 #[test]
 fn options_that_make_no_sense_are_refused() {
     let scene = Scene::open(root().join("assets/cornell-point.glb")).unwrap();
@@ -128,7 +129,7 @@ fn a_picture_tells_how_far_it_is_and_ends_when_asked_to() {
     let told: Vec<_> = told.lock().unwrap().clone();
     assert_eq!(told.iter().map(|progress| progress.has).collect::<Vec<_>>(), [0, 1, 2, 3]);
     assert!(told[1].needed.is_none() && told[3].needed > Some(3), "{told:?}");
-    // At once, before anything is made.
+    // The call refuses at once, before any work.
     cancel.store(true, Ordering::Relaxed);
     let passes = Arc::new(AtomicU32::new(0));
     options.progress = Some(Arc::new({
@@ -178,7 +179,7 @@ fn a_traced_picture_is_the_references() {
     truth.save(folder.path("b.exr")).unwrap();
     let [theirs, ours] = ["a.exr", "b.exr"].map(|name| std::fs::read(folder.path(name)).unwrap());
     assert!(theirs == ours, "other bytes than the command's");
-    // A picture is compared as by `twobounce compare`.
+    // A picture is compared as `twobounce compare` does.
     let mut rendered = small("fast");
     rendered.layers = vec![Aov::Direct];
     let image = render(&opened, &rendered).unwrap();

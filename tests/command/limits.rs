@@ -1,4 +1,5 @@
-//! Limits of the system: each ends in a sentence and exit code 2, or work goes on with less; no crash, no hang, no half file.
+//! Limits of the operating system: each ends the command with a sentence and exit code 2, or the work goes on with
+//! less; there is no crash, hang or partial file.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -7,7 +8,7 @@ use std::process::{Command, Output};
 
 use crate::cli_common::{Folder, names, root, text};
 
-/// No other process is this user's: limits on threads hold for all of a user's, and not for root's.
+/// A user without other processes: a limit on threads counts all of a user's, and does not apply to root.
 const USER: u32 = 64_321;
 
 const RENDER: [&str; 9] = [
@@ -38,7 +39,7 @@ fn command_after(line: &str, folder: &Folder, args: &[&str]) -> Command {
     command
 }
 
-/// The sentence with which a run was refused, `None` where it worked. Fails for everything else.
+/// The message of a refused run, `None` where it worked. Fails for everything else.
 fn refusal(output: &Output, what: &str) -> Option<String> {
     let said = text(&output.stderr);
     match output.status.code() {
@@ -51,14 +52,14 @@ fn refusal(output: &Output, what: &str) -> Option<String> {
 #[test]
 fn few_threads_make_the_same_image_and_none_are_refused() {
     let folder = Folder::with_box("box.glb");
-    // A user of its own may reach neither the folder nor the program.
+    // The other user may not be able to reach the folder or the program.
     let program = folder.path("twobounce");
     fs::copy(env!("CARGO_BIN_EXE_twobounce"), &program).unwrap();
     fs::create_dir(folder.path("cache")).unwrap();
     for path in ["", "cache"] {
         fs::set_permissions(folder.path(path), fs::Permissions::from_mode(0o777)).unwrap();
     }
-    // SAFETY: it has no conditions.
+    // SAFETY: the function has no preconditions.
     let is_root = unsafe { libc::geteuid() } == 0;
     for args in [&RENDER[..], &REFERENCE, &["compare", "whole.exr", "whole.exr"]] {
         let mut whole = None;
@@ -70,7 +71,7 @@ fn few_threads_make_the_same_image_and_none_are_refused() {
                 command.uid(USER);
             }
             let output = command.output().unwrap();
-            // The shell itself may not find room.
+            // The shell itself may not find enough memory.
             if output.status.code().is_some_and(|code| code > 2) && text(&output.stderr).contains("fork") {
                 continue;
             }
@@ -185,7 +186,7 @@ fn nothing_is_made_for_a_standard_output_that_is_closed() {
     assert_eq!(refusal(&after("exec >&-", &folder, &RENDER), "an image in a file"), None);
 }
 
-/// A limit on time ends as a signal does, and leaves no half image.
+/// A limit on time acts like a signal, and leaves no partial image.
 #[test]
 fn a_process_whose_time_is_over_ends_tidily() {
     let folder = Folder::empty();

@@ -1,5 +1,5 @@
-//! Work that several machines share, as two processes: the parts together are the whole's bits, times excepted, and a worker that is
-//! killed loses nothing and does nothing twice.
+//! Work that several machines share, as two processes: the joined parts equal the whole bit for bit, times excepted,
+//! and a killed worker loses nothing and repeats nothing.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -14,7 +14,7 @@ fn box_path() -> String {
     root().join("assets/cornell-point.glb").display().to_string()
 }
 
-/// A row without its times and where it was measured.
+/// A row without its times and without its machine.
 fn lasting(row: &Value) -> Value {
     let mut row = row.clone();
     row["origin"] = Value::Null;
@@ -43,7 +43,7 @@ fn parts_of_a_chart_are_the_whole_one() {
         .stdout(Stdio::null())
         .spawn();
     let mut one = one.unwrap();
-    // The other worker is killed in the middle, and begins again.
+    // The other worker is killed in the middle, and started again.
     let second = chart(&scene, "part.2", &["--shard", "2/2", "--machine", "bert"]);
     let mut killed = after_first_row(&mut folder.command(&second), &folder.path("part.2"));
     killed.kill().unwrap();
@@ -78,13 +78,14 @@ fn parts_of_a_chart_are_the_whole_one() {
     let mixed = fs::read_to_string(folder.path("mixed/index.html")).unwrap();
     assert!(mixed.contains("\"mix_machines\":true"), "the page does not know that machines are mixed");
 
-    // The unsharded command has nothing left to do.
+    // The command without --shard finds nothing left to do.
     let said = folder.done(&chart(&scene, "merged", &[]));
     assert!(said.contains(&format!("rows kept from earlier calls: {0} of {0}", whole.len())), "{said}");
 
-    // Rows of other machines with these keys: the first times stay, the others are history; other numbers are refused.
+    // Rows of other machines with these keys: the first times stay, the others become history; other errors are
+    // refused.
     let said = folder.done(&["merge", "merged", "whole", "-o", "both", "--history"]);
-    // The time of the import was given: it is the one in every folder.
+    // The time of the import was given, so it is the same in every folder.
     let timed = whole.len() - 1;
     assert!(said.contains(&format!("measured on several machines or at several times: {timed}")), "{said}");
     assert_eq!(folder.rows("both"), merged);
@@ -139,11 +140,11 @@ fn samples_of_a_reference_add_up_to_the_same_bytes() {
     let read = |name: &str| fs::read(folder.path(name)).unwrap();
     assert!(read("merged.exr") == read("whole.exr"), "merged films are another image");
 
-    // A killed worker goes on with the samples that it has.
+    // A killed worker continues with the samples that it has.
     let long = ["reference", &scene, "--size", "64x64", "--samples", "16-3999", "-o", "long.film"];
     let mut child = folder.command(&long).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     std::thread::sleep(Duration::from_secs(3));
-    // SAFETY: the child is not waited for yet, so its number is its own.
+    // SAFETY: the child has not been waited for, so its process number is still its own.
     assert_eq!(unsafe { libc::kill(child.id() as i32, libc::SIGTERM) }, 0);
     let code = child.wait().unwrap().code();
     if code == Some(143) {
@@ -182,7 +183,7 @@ fn frames_are_those_of_the_whole_sequence() {
     };
     fs::create_dir(folder.path("whole")).unwrap();
     fs::create_dir(folder.path("part")).unwrap();
-    // The shadow cones of `printed` turn with time, not with the number of frames before.
+    // The shadow cones of `printed` turn with time, not with the number of earlier frames.
     for preset in more::every(2, ["fast", "photons", "printed"]) {
         render("whole/%02d.png", &["--preset", preset, "--frames", "4"]);
         let listed = render("part/%02d.png", &["--preset", preset, "--frames", "0-3:1", "--list", "2"]);

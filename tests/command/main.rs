@@ -1,5 +1,5 @@
-//! The program as its users run it: flags, files, output, exit codes. Every test starts `twobounce` as a process. They use shells, signals
-//! and X servers, which Windows has not.
+//! The program as its users run it: flags, files, output, exit codes. Every test starts `twobounce` as a process. The
+//! tests use shells, signals and X servers, which Windows lacks.
 #![cfg(unix)]
 
 mod cli_common;

@@ -1,6 +1,6 @@
-//! One more method takes four additions: a folder in `src/gi`, one in `glsl/gi`, a table of settings in `src/settings/methods`, a line
-//! of the list there. The test adds one to a copy of the house, builds it, and finds it everywhere: in the image,
-//! the layers, the memory plan, the timings, the settings, a chart's rows and a profile.
+//! A new method takes four additions: a folder in `src/gi`, one in `glsl/gi`, a table of settings in
+//! `src/settings/methods`, and a line in the list there. The test adds one to a copy of the source, builds it, and
+//! finds it in the image, the layers, the memory plan, the timings, the settings, a chart's rows and a profile.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ fn root() -> &'static Path {
 fn copy(from: &Path, to: &Path) {
     if from.is_file() {
         let new = fs::read(from).unwrap();
-        // An unchanged file keeps its time, so that it is not built again.
+        // An unchanged file keeps its time stamp, so that it is not built again.
         if fs::read(to).ok().as_ref() != Some(&new) {
             fs::create_dir_all(to.parent().unwrap()).unwrap();
             fs::write(to, new).unwrap();
@@ -27,10 +27,10 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// The house with the method `constant`, built; its program.
+/// Builds a copy of the source with the method `constant`, and returns its program.
 fn house_with_one_more() -> PathBuf {
     let house = Path::new(env!("CARGO_TARGET_TMPDIR")).join("one-more-method");
-    // Files that an earlier run copied and that are gone since would be built too.
+    // Files that an earlier run copied, and that no longer exist, would be built too.
     for folder in ["src", "glsl"] {
         fs::remove_dir_all(house.join(folder)).ok();
     }
@@ -46,7 +46,7 @@ fn house_with_one_more() -> PathBuf {
     assert_eq!(methods.matches(last).count(), 1);
     let line = format!("{last}            /// To be thrown away.\n            Constant = \"constant\" in constant,\n");
     write_anew(&house.join("src/settings/methods/mod.rs"), &methods.replace(last, &line));
-    // Another name, so that it takes the place of no other program; unoptimised, since that builds sooner.
+    // Another name, so that it replaces no other program; unoptimised, because that builds sooner.
     let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
     let name = "name = \"twobounce\"";
     assert_eq!(manifest.matches(name).count(), 1);
@@ -97,7 +97,7 @@ fn a_fourth_method_takes_four_places() {
         said
     };
 
-    // The image is direct light, and what comes from everywhere off the surfaces; gathered apart or pixel by pixel.
+    // The image is direct light plus constant light on the surfaces, whether gathered apart or pixel by pixel.
     for resolution in ["image.gather_resolution=half", "image.gather_resolution=full"] {
         let light = ["--method", "constant", "--set", "constant.radiance=0.25", "--set", resolution];
         let layers = ["--aov", "indirect,albedo,ao", "--timings"];
@@ -111,14 +111,15 @@ fn a_fourth_method_takes_four_places() {
         let pairs = image.get(Aov::Indirect).unwrap().iter().zip(image.get(Aov::Albedo).unwrap());
         let mut seen = 0;
         for (indirect, albedo) in pairs.filter(|(_, albedo)| albedo[0] > 0.1) {
-            // The box is of Lambertian walls: radiance is albedo times what comes. f16 keeps 11 bits of what is gathered.
+            // The box has Lambertian walls: their radiance is albedo times the arriving light. f16 keeps 11 bits of
+            // gathered light.
             assert!((0..3).all(|c| (indirect[c] - 0.25 * albedo[c]).abs() < 1e-3), "{indirect:?} {albedo:?}");
             seen += 1;
         }
         assert!(seen > 400, "{seen} pixels are a test of little");
     }
 
-    // It is swept, stored and charted like any other.
+    // The method is swept, stored and charted like any other.
     let noise = ["--reference-noise", "30", "--presets", "fast", "--sweep", "method=constant,none"];
     run(&[&["chart", "-o", "chart"], &noise[..]].concat());
     let rows: serde_json::Value =

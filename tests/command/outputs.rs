@@ -1,4 +1,4 @@
-//! Files that are written: their bits, and that they are there whole or not at all.
+//! Output files: their bits, and that each is complete or absent.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,7 @@ use twobounce::layers::{Aov, Layers};
 use twobounce::output::display::{Display, ToneMap, srgb_code};
 use twobounce::output::{exr, file, picture};
 
-/// An image with awkward values in every layer.
+/// An image with extreme and non-finite values in every layer.
 fn awkward() -> Layers {
     let (width, height) = (37, 19);
     let pixels = |seed: u32| -> Vec<[f32; 3]> {
@@ -53,7 +53,7 @@ fn exr_gives_back_every_bit_and_the_header() {
     assert_eq!(entries(folder.path()), ["image.exr"]);
 }
 
-/// The exr crate keeps attributes in a hash map with a random order; twenty runs would show it.
+/// The exr crate keeps attributes in a hash map with a random order, which twenty runs would show.
 #[test]
 fn the_same_image_gives_the_same_bytes() {
     let metadata: BTreeMap<String, String> = (0..12).map(|i| (format!("key{i}"), format!("{i}"))).collect();
@@ -83,8 +83,8 @@ fn srgb_codes_are_those_of_the_standard() {
     assert_eq!([-1.0, 2.0, f32::NAN, f32::INFINITY].map(srgb_code), [0, 255, 0, 255]);
 }
 
-/// Every curve keeps greys grey (AgX as far as the published digits of its matrices do), rises without a jump from 0 to 1,
-/// and stays in bounds.
+/// Every curve keeps greys grey (AgX to the precision of its published matrices), is monotonic and continuous from 0 to
+/// 1, and stays in bounds.
 #[test]
 fn tone_curves_keep_their_promises() {
     for tone in ToneMap::ALL {
@@ -95,7 +95,8 @@ fn tone_curves_keep_their_promises() {
             let [r, g, b] = tone.apply([x; 3]);
             assert!((r - g).abs().max((g - b).abs()) < 1e-3, "{tone}: {x} gives {r}, {g}, {b}");
             assert!(g >= last - 1e-6 && g <= 1.0, "{tone}: {x} gives {g} after {last}");
-            // 0.01 of a stop changes the input by 0.7 %. No curve is steeper than 1.6 times the display's own exponent of 2.2.
+            // 0.01 of a stop changes the input by 0.7 %. No curve is steeper than 1.6 times the display's own exponent
+            // of 2.2.
             assert!(last < 0.0 || g - last <= 0.007 * 1.6 * 2.2 * x.min(1.0) + 1e-6, "{tone}: a jump at {x}");
             last = g;
         }
@@ -105,13 +106,13 @@ fn tone_curves_keep_their_promises() {
             assert!(shown.iter().all(|c| (0.0..=1.0).contains(c)), "{tone}: {shown:?}");
         }
     }
-    // Khronos' formula takes 0.04 off; AgX shows 18 % grey as the code 0.5 of its display of exponent 2.2.
+    // Khronos' formula subtracts 0.04; AgX shows 18 % grey as the code 0.5 of its display of exponent 2.2.
     assert_eq!(ToneMap::Neutral.apply([0.5; 3]), [0.46; 3]);
     assert!((ToneMap::Agx.apply([0.18; 3])[1] - 0.5f32.powf(2.2)).abs() < 1e-4);
     assert_eq!(ToneMap::Agx.apply([0.18 * 6.5f32.exp2(); 3]).map(srgb_code), [255; 3]);
     assert!(ToneMap::Reinhard.apply([1.0; 3]).iter().all(|c| (c - 0.5).abs() < 1e-6));
     assert_eq!(ToneMap::Linear.apply([0.25, 3.0, 0.0]), [0.25, 1.0, 0.0]);
-    // Bright red pales in AgX and Neutral, and stays red in the others.
+    // Bright red loses saturation in AgX and Neutral, and keeps it in the others.
     let greens = ToneMap::ALL.iter().map(|tone| tone.apply([8.0, 0.0, 0.0])[1]).collect::<Vec<_>>();
     assert!(greens[0] > 0.2 && greens[1] > 0.2 && greens[2..] == [0.0, 0.0], "{greens:?}");
 }
@@ -119,17 +120,18 @@ fn tone_curves_keep_their_promises() {
 #[test]
 fn automatic_exposure_is_what_it_says() {
     let linear = |pixels: &[[f32; 3]]| ToneMap::Linear.automatic_exposure(pixels);
-    // Of one grey: half-way between the stops that show it as 0.18 and as 0.85.
+    // An image of one grey: half-way between the stops that show it as 0.18 and as 0.85.
     let ev = ((0.18f32 * 0.85).sqrt() / 0.05).log2();
     assert!((linear(&[[0.05; 3]; 100]) - ev).abs() < 0.006);
-    // A tenth is 64 times as bright: the percentile is among it, and it would be shown as 1.5 but for the bound.
+    // A tenth of the pixels is 64 times as bright: the percentile lies among them, and without the bound they would be
+    // shown at 1.5.
     let mixed = [vec![[0.05; 3]; 900], vec![[3.2; 3]; 100]].concat();
     assert!((linear(&mixed) - (0.945f32 / 3.2).log2()).abs() < 0.006);
-    // Black and broken pixels do not count.
+    // Black and non-finite pixels do not count.
     let broken = [vec![[0.0; 3]; 1000], vec![[f32::INFINITY; 3], [f32::NAN; 3]], vec![[0.05; 3]; 100]].concat();
     assert_eq!(linear(&broken), linear(&[[0.05; 3]; 100]));
     assert_eq!((linear(&[]), linear(&[[0.0; 3]; 4])), (0.0, 0.0));
-    // However colourful the image, 5 % of its pixels at most come to code 250.
+    // Whatever the saturation, at most 5 % of the pixels reach code 250.
     for seed in 0..20u32 {
         let noise = |i: u32| f32::from((i.wrapping_mul(2_654_435_761).rotate_left(seed) >> 16) as u16) / 65536.0;
         let stops = 1.0 + seed as f32;
@@ -212,7 +214,7 @@ fn links_are_followed_and_a_full_disk_is_said() {
     assert!(fs::symlink_metadata(at("link.png")).unwrap().is_symlink());
 }
 
-/// Whatever byte of a file is damaged, reading it ends in an image or a sentence.
+/// A file with any one byte damaged gives an image or an error message.
 #[test]
 fn damaged_bytes_never_panic() {
     let image = Layers::new(3, 2, vec![[0.25, 0.5, 1.0]; 6]);

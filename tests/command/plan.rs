@@ -1,4 +1,4 @@
-//! `twobounce plan` as a user meets it: the answer, its files, the same again at once, going on after Ctrl-C, and what it refuses.
+//! `twobounce plan`: the answer, its files, the stored answer, continuing after Ctrl-C, and refusals.
 
 use crate::cli_common;
 
@@ -59,14 +59,14 @@ fn the_answer_holds_and_is_the_same_at_once() {
     );
     assert_eq!(answer["choice"]["settings"]["voxels"], 16);
 
-    // Half a minute of searching is not done twice, and the answer has the same bytes.
+    // Half a minute of searching is not repeated, and the answer has the same bytes.
     let began = Instant::now();
     let again = folder.plan(&asked);
     assert!(began.elapsed() < Duration::from_secs(5), "{:?}", began.elapsed());
     assert_eq!(text(&first.stdout), text(&again.stdout));
     assert!(text(&again.stderr).contains("asked before"));
 
-    // The command that is printed runs, and so does --config of the file; both give the image whose error was told.
+    // The printed command runs, and so does --config with the file; both give the image whose error was reported.
     let command = text(&first.stdout).lines().find(|line| line.starts_with("  twobounce render")).unwrap().to_owned();
     let words: Vec<&str> = command.split_whitespace().skip(1).collect();
     assert!(folder.command(&words).output().unwrap().status.success(), "{command}");
@@ -74,12 +74,12 @@ fn the_answer_holds_and_is_the_same_at_once() {
     assert!(folder.command(&by_file).output().unwrap().status.success());
     assert_eq!(fs::read(folder.path("image.png")).unwrap(), fs::read(folder.path("other.png")).unwrap());
 
-    // Without room for anything: the nearest, and exit code 1.
+    // With limits that nothing keeps: the nearest settings, and exit code 1.
     let nothing = folder.plan(&["--max-error", "0.25", "--max-ms", "0.001", "--budget", "10s"]);
     assert_eq!(nothing.status.code(), Some(1), "{}", text(&nothing.stderr));
     assert!(text(&nothing.stdout).contains("the nearest:"), "{}", text(&nothing.stdout));
 
-    // The page has every key.
+    // The documentation has every key.
     let mut written = BTreeSet::new();
     paths(&answer, "", &mut written);
     let settings = |path: &String| path.contains(".settings.");
@@ -92,14 +92,14 @@ fn the_answer_holds_and_is_the_same_at_once() {
     let choices = |path: &String| !path.starts_with("finalists[].");
     written.retain(choices);
     written.insert("finalists[]".into());
-    // Keys that are absent here are documented all the same.
+    // Keys that are absent here are documented too.
     let unknown: Vec<_> = written.difference(&documented).collect();
     assert!(unknown.is_empty(), "docs/json.md lacks {unknown:?}");
     let unwritten: Vec<_> = documented.difference(&written).collect();
     assert!(unwritten.iter().all(|key| key.contains("ladders[]") || key.contains("held_out[]")), "{unwritten:?}");
 }
 
-/// Two cameras or moments: the error is the worse one's, and there is a command for each.
+/// With two cameras or moments the error is the larger one, and each has a command.
 #[test]
 fn several_moments_have_a_command_each() {
     let folder = Folder::with_box("box.glb");
@@ -126,7 +126,7 @@ fn interrupted_it_goes_on() {
     assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
     let rows: Vec<_> = fs::read_dir(folder.path("cache/plan")).unwrap().map(|e| e.unwrap()).collect();
     let before: Vec<_> = rows.iter().map(|row| (row.path(), row.metadata().unwrap().modified().unwrap())).collect();
-    // Whether something holds within the budget, the machine decides.
+    // The machine's speed decides whether any setting holds within the budget.
     assert!(matches!(folder.command(&args).output().unwrap().status.code(), Some(0 | 1)));
     assert!(kept() > before.len());
     for (path, written) in before {

@@ -1,4 +1,4 @@
-//! `profile` as a user meets it, on whatever device the machine has.
+//! `profile` on any device.
 
 use std::fs;
 use std::path::Path;
@@ -52,7 +52,7 @@ fn costs_are_over_what_was_counted() {
             assert!(steps > 0.0 && (per("ns_per_cone_step").unwrap() * steps / ns - 1.0).abs() < 1e-9, "{cost}");
         }
         let bytes = cost["fetched_bytes"].as_f64().unwrap() + cost["written_bytes"].as_f64().unwrap();
-        // Bytes that only the device knows (passes over cells) count as none written.
+        // Passes over cells write a number of bytes that only the device knows; it counts as 0.
         assert!((cost["gb_per_s"].as_f64().unwrap() * ns - bytes).abs() <= 1e-9 * bytes, "{cost}");
     }
     assert_eq!(report["growth"], Value::Array(vec![]));
@@ -61,7 +61,7 @@ fn costs_are_over_what_was_counted() {
 #[test]
 fn growth_has_three_axes_and_a_picture() {
     let folder = folder();
-    // 128³ voxels do not fit: that run is left out and said.
+    // 128³ voxels do not fit: that run is left out, and a note says so.
     let flags = ["--growth", "--plot", "growth.svg", "--json", "p.json", "--memory-limit", "100MiB"];
     let told = profiled(folder.path(), &[&["scene.gltf", "--method", "none"], &flags[..]].concat());
     assert!(told.contains("exponent"), "{told}");

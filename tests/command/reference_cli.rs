@@ -29,7 +29,7 @@ fn a_reference_has_its_layers_and_states_its_noise() {
     assert!(code == Some(0) && said.contains("8 samples per pixel, noise "), "{said}");
     let (image, header) = Layers::read_exr(&folder.path("a.exr")).expect("it can be read");
     assert_eq!((image.width, image.height), (16, 12));
-    // Alpha comes with --transparent.
+    // --transparent adds the channel alpha.
     let mut asked = Aov::ALL.iter().filter(|aov| **aov != Aov::Alpha);
     assert!(asked.all(|aov| image.get(*aov).is_some()), "a layer is missing");
     let keys: Vec<_> = header.keys().map(String::as_str).collect();
@@ -82,7 +82,7 @@ fn compare_prints_writes_and_judges() {
     assert!(code == Some(0) && said.contains("needs the diffuse layer in the reference"), "{said}");
 }
 
-/// Without a place for the cache a note says so, and the same image is made.
+/// Without a folder for the cache a note says so, and the image is the same.
 #[test]
 fn a_reference_needs_no_cache() {
     let folder = Folder::empty();
@@ -98,7 +98,7 @@ fn a_reference_needs_no_cache() {
     assert!(output.status.code() == Some(2) && output.stdout.is_empty());
 }
 
-/// The header of an image states more pixels than a machine holds.
+/// The header of an image states more pixels than memory holds.
 #[test]
 fn a_huge_image_is_refused_by_its_header() {
     let folder = Folder::empty();

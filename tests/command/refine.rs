@@ -1,4 +1,4 @@
-//! A still image gets passes until its noise is low, and says how low.
+//! A still image gets passes until its noise is low enough, and its noise is printed.
 
 use crate::cli_common::{Folder, root, text};
 use twobounce::layers::Layers;
@@ -31,7 +31,7 @@ fn a_still_gets_passes_until_its_noise_is_low() {
     let noise: f64 = line.split_whitespace().nth(1).unwrap().parse().unwrap();
     let passes: u32 = line.split("image.passes=").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!(noise <= 2.0 && passes > 2, "{line}");
-    // The settings that it names, in the line and in the file, make the same image.
+    // The printed settings, and those in the file, make the same image.
     let (_, header) = Layers::read_exr(&folder.path("refined.exr")).unwrap();
     let mut settings = Settings::default();
     settings.merge_toml(&header["settings"]).unwrap();
@@ -40,11 +40,11 @@ fn a_still_gets_passes_until_its_noise_is_low() {
     assert!(line.contains("image.gather_resolution=full"), "{line}");
     let (_, again) = still(&folder, "again.exr", &[&format!("--set=image.passes={passes}"), full]);
     assert!(again == refined);
-    // One pass fewer was not enough, by the same estimate.
+    // With one pass fewer, the same estimate is above the goal.
     let (fewer, _) = still(&folder, "fewer.exr", &[&format!("--set=image.passes={}", passes - 1), full]);
     let fewer: f64 = fewer.split("by its passes: ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!(fewer > 2.0, "{fewer} with {} passes", passes - 1);
-    // It is as near to the mean of many passes as it says, within a half: noise is an estimate.
+    // Its distance from the mean of many passes is the printed noise within a half, since noise is an estimate.
     let (_, one) = still(&folder, "one.exr", &["--noise=off", full]);
     let (_, many) = still(&folder, "many.exr", &["--set=image.passes=1024", full]);
     let (of_one, of_mean) = (difference(&one, &many), difference(&refined, &many));
@@ -55,7 +55,7 @@ fn a_still_gets_passes_until_its_noise_is_low() {
     for more in [&["--timings"][..], &["--repeat=2"], &["--json=a.json"]] {
         assert!(still(&folder, "timed.exr", more).1 == one, "{more:?}");
     }
-    // They have more where it is asked for.
+    // They have more where a flag asks for it.
     let (said, refined_twice) = still(&folder, "timed.exr", &["--repeat=2", "--noise=2"]);
     assert!(said.contains(line) && refined_twice == refined, "{said}");
 }

@@ -1,4 +1,4 @@
-//! `render` as a user meets it, on whatever device the machine has.
+//! `render` on any device.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -22,7 +22,7 @@ fn render(folder: &Path, args: &[&str]) -> Output {
     command(folder, args).output().unwrap()
 }
 
-/// Standard output of a render that must work.
+/// Standard output of a render; fails if the command fails.
 fn rendered(folder: &Path, args: &[&str]) -> String {
     let output = render(folder, args);
     assert_eq!(output.status.code(), Some(0), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
@@ -46,7 +46,7 @@ fn the_same_command_writes_the_same_bytes() {
     let folder = folder();
     let at = |name: &str| fs::read(folder.path().join(name)).unwrap();
     let layers = ["--aov", "normal,depth,direct", "--preset", "printed"];
-    // Neither another run nor frames that were rendered before change the image, though its shadow cones are jittered.
+    // Another run gives the same image, and so do earlier frames of the same run, though its shadow cones are jittered.
     for (name, more) in [("a.exr", &[][..]), ("b.exr", &[]), ("repeated.exr", &["--repeat", "3"])] {
         rendered(folder.path(), &[&["scene.gltf", "-o", name], &layers[..], more].concat());
     }
@@ -113,8 +113,8 @@ fn a_sequence_is_numbered_and_reports_are_whole() {
         assert!(told.lines().any(|line| line.starts_with(name)), "{name} is not in the table");
         assert!(pass["cpu_ms"]["median"].as_f64().unwrap() >= 0.0);
     }
-    // Two events that name the track, 3 frames, and the passes of each: the first frame, at the time of those that warmed up,
-    // makes nothing anew but what is seen, and the image.
+    // Two events that name the track, 3 frames, and the passes of each. After the warm-up a frame rebuilds nothing but
+    // the visible surfaces and the image.
     let trace = json("t.trace");
     let events: Vec<&str> =
         trace["traceEvents"].as_array().unwrap().iter().filter_map(|e| e["name"].as_str()).collect();
@@ -125,7 +125,7 @@ fn a_sequence_is_numbered_and_reports_are_whole() {
     let sizes: Vec<u64> =
         memory["resources"].as_array().unwrap().iter().map(|of| of["bytes"].as_u64().unwrap()).collect();
     assert_eq!(sizes.iter().sum::<u64>() as f64, bytes("planned_bytes"));
-    // The driver's own rounding of sizes, to 64 bytes, is much of so small resources.
+    // The driver rounds sizes up to 64 bytes, which is a large part of such small resources.
     let rounded: u64 = sizes.iter().map(|size| size.max(&1).next_multiple_of(64)).sum();
     assert!((bytes("allocated_bytes") / rounded as f64 - 1.0).abs() < 0.05, "{memory}");
 }
@@ -140,7 +140,8 @@ fn without_a_method_the_image_is_the_direct_layer() {
     assert!(none.beauty().iter().any(|p| p[0] > 0.0));
 }
 
-/// Positions are f64 until they are counted in voxels: 10⁷ m away nothing may change that 1 m in 10⁹ would not.
+/// Positions are f64 until they are converted to voxels: at a distance of 10⁷ m nothing may change that 1 m in 10⁹
+/// would not.
 #[test]
 fn a_scene_far_away_renders_as_at_home() {
     let folder = folder();
@@ -154,11 +155,11 @@ fn a_scene_far_away_renders_as_at_home() {
     let [home, far] = ["scene.exr", "far.exr"].map(|name| layers(&folder.path().join(name)));
     let sum = |image: &Layers| image.beauty().iter().map(|p| f64::from(p[0])).sum::<f64>();
     let apart: f64 = home.beauty().iter().zip(far.beauty()).map(|(a, b)| f64::from((a[0] - b[0]).abs())).sum();
-    // f64 keeps 2·10⁻⁹ m here, which the framing camera's own direction magnifies by at most a few.
+    // f64 keeps 2·10⁻⁹ m here, which the framing camera's direction magnifies by a small factor.
     assert!(sum(&home) > 0.0 && apart <= 1e-5 * sum(&home), "they differ by {}", apart / sum(&home));
 }
 
-/// Nothing to see is no error: the sky is.
+/// An image without surfaces is no error: it shows the sky.
 #[test]
 fn a_scene_without_triangles_shows_the_sky() {
     let folder = folder();
@@ -189,7 +190,7 @@ fn a_dark_scene_gets_a_light_and_says_so() {
 fn too_little_memory_is_refused_with_the_grid_that_fits() {
     let folder = folder();
     let limited = ["scene.gltf", "-o", "a.png", "--method", "cones", "--memory-limit", "40MiB", "--set", "voxels=128"];
-    // The last --set wins, and SMALL's comes last; this one is about a grid of 128.
+    // The last --set wins, and SMALL comes last; this one concerns a grid of 128.
     let output = Command::new(env!("CARGO_BIN_EXE_twobounce"))
         .current_dir(folder.path())
         .arg("render")
@@ -203,7 +204,7 @@ fn too_little_memory_is_refused_with_the_grid_that_fits() {
     assert_eq!(names(folder.path()), ["other.toml", "scene.gltf"]);
 }
 
-/// As [`folder`], with a scene oak.gltf that has a texture oak.png, which is not there yet.
+/// As [`folder`], with a scene oak.gltf whose texture oak.png does not exist yet.
 fn folder_of_oak() -> tempfile::TempDir {
     let folder = folder();
     let text = fs::read_to_string(folder.path().join("scene.gltf")).unwrap();
@@ -272,7 +273,7 @@ fn a_field_of_view_changes_the_camera_that_frames_the_scene() {
     assert!(said.contains("camera framing the scene fov 20"), "{said}");
 }
 
-/// However the work of a frame is cut, no bit of the image changes.
+/// No bit of the image depends on how the work of a frame is submitted.
 #[test]
 fn short_submissions_give_the_same_image() {
     let folder = folder();
@@ -309,7 +310,7 @@ fn signals_end_a_long_frame_soon() {
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gallery.glb");
     let before = names(folder.path());
     for (signal, code) in [("-TERM", 143), ("-HUP", 129), ("-INT", 130)] {
-        // A program begins with the signals ignored that its caller ignores, as `nohup` and jobs in the background do.
+        // A program inherits the ignored signals of its caller, such as `nohup` or a shell's background job.
         let mut command = Command::new("env");
         command.args(["--default-signal", env!("CARGO_BIN_EXE_twobounce")]);
         command.args(["render", scene, "-o", "a.png", "--size", "4096x4096", "--preset", "accurate"]);
@@ -320,8 +321,8 @@ fn signals_end_a_long_frame_soon() {
         std::thread::sleep(Duration::from_secs(3));
         let start = Instant::now();
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
-        // It is the last word: what follows is the system's part, which takes long where a driver's thread of least priority must run
-        // to end.
+        // This is the program's last output. The rest is the system's part, which takes long where a driver's thread of
+        // lowest priority must end.
         let mut said = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
         assert!(said.any(|line| line == "twobounce: interrupted"));
         assert!(start.elapsed() < Duration::from_secs(2), "{signal} took {:?}", start.elapsed());
@@ -350,9 +351,9 @@ fn ctrl_c_ends_tidily_with_130() {
     }
 }
 
-/// Messages about an image of the scene that shows nothing.
+/// Messages about an image that shows none of the scene.
 fn said_of(folder: &Path, flags: &[&str]) -> String {
-    // Quietly: a busy machine takes long enough for a line about that.
+    // With --quiet: a slow run would print a line of progress.
     let output = render(folder, &[&["scene.gltf", "-q", "-o", "a.png"], flags].concat());
     assert_eq!(output.status.code(), Some(0));
     String::from_utf8(output.stderr).unwrap()

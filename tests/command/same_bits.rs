@@ -1,6 +1,6 @@
-//! The same command writes the same bytes, whatever the driver's threads, its caches and the machine's other work. Vectors of
-//! 128 bits give the pixels of 256 bits; only the device's name in an EXR's header tells them apart. The preset `printed`
-//! is an exception. On a GPU, which has neither such threads nor widths, runs are compared.
+//! A repeated command writes equal bytes, whatever the number of the driver's threads, its caches and the machine's
+//! other work. Vectors of 128 bits give the pixels of 256 bits; only the device's name in an EXR's header tells them
+//! apart. The preset `printed` is an exception. On a GPU, which has neither such threads nor widths, runs are compared.
 
 use std::fs;
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::cli_common::{root, text};
 use twobounce::layers::Layers;
 use twobounce::settings::PRESETS;
 
-/// The gallery, with a preset, on a software driver of so many threads and bits.
+/// Renders the gallery with a preset on a software driver of this many threads and bits.
 struct Around<'a> {
     preset: &'a str,
     width: &'a str,
@@ -20,7 +20,7 @@ struct Around<'a> {
 }
 
 impl Around<'_> {
-    /// Writes `out.png` and `out.exr` into a folder, and gives their bytes. Compiled pipelines lie in `cache`.
+    /// Writes `out.png` and `out.exr` into a folder, and returns their bytes. `cache` holds compiled pipelines.
     fn render(&self, cache: &Path, out: &Path) -> [Vec<u8>; 2] {
         fs::create_dir_all(out).unwrap();
         ["out.png", "out.exr"].map(|name| {
@@ -30,20 +30,21 @@ impl Around<'_> {
             command.env("LP_NATIVE_VECTOR_WIDTH", self.width).env("LP_NUM_THREADS", self.threads);
             command.env("XDG_CACHE_HOME", cache).env_remove("MESA_SHADER_CACHE_DIR").stdin(Stdio::null());
             let output = command.output().unwrap();
-            assert!(output.status.success(), "{}: {}, {}", self.words(), output.status, text(&output.stderr));
+            assert!(output.status.success(), "{}: {}, {}", self.setup_in_words(), output.status, text(&output.stderr));
             fs::read(out.join(name)).unwrap()
         })
     }
 
-    fn words(&self) -> String {
+    fn setup_in_words(&self) -> String {
         format!("{} with {} bits and {} threads", self.preset, self.width, self.threads)
     }
 }
 
-/// The preset of which 108 of the gallery's 1536 pixels differ between widths, by up to 0.1 %; and the share that is let pass.
+/// The preset of which 108 of the gallery's 1536 pixels differ between vector widths, by up to 0.1 %; and the allowed
+/// share of such pixels.
 const DIFFERS: (&str, f32) = ("printed", 2e-3);
 
-/// Sets it at the end of its scope, by a panic too.
+/// Sets the flag when its scope ends, also by a panic.
 struct AtEnd<'a>(&'a AtomicBool);
 
 impl Drop for AtEnd<'_> {
@@ -52,7 +53,7 @@ impl Drop for AtEnd<'_> {
     }
 }
 
-/// Runs `work` while every core has two other threads to run.
+/// Runs `work` while two other threads occupy every core.
 fn beside_other_work<T>(work: impl FnOnce() -> T) -> T {
     let done = AtomicBool::new(false);
     thread::scope(|scope| {
@@ -81,12 +82,12 @@ fn nothing_around_a_render_changes_a_bit() {
                 let other = scope.spawn(|| around("4").render(&cache, &at("other")));
                 [around("1").render(&cache, &at(width)), other.join().unwrap()]
             });
-            assert!(other == expected, "{} beside another on a cold cache", around("1 and 4").words());
+            assert!(other == expected, "{} beside another on a cold cache", around("1 and 4").setup_in_words());
             assert!(fs::read_dir(cache.join("twobounce")).unwrap().count() > 0, "the cache is warm now");
             let found = around("2").render(&cache, &at("other"));
-            assert!(found == expected, "{} and a warm cache", around("2").words());
+            assert!(found == expected, "{} and a warm cache", around("2").setup_in_words());
             let found = beside_other_work(|| around("4").render(&cache, &at("other")));
-            assert!(found == expected, "{} and a warm cache on a loaded machine", around("4").words());
+            assert!(found == expected, "{} and a warm cache on a loaded machine", around("4").setup_in_words());
             let [png, _] = expected;
             (png, Layers::read_exr(&at(width).join("out.exr")).unwrap().0)
         });

@@ -1,4 +1,4 @@
-//! Completions of shells and manual pages name exactly the options that the program takes.
+//! Completions of shells and manual pages name exactly the program's options.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -53,7 +53,7 @@ fn every_shell_knows_every_command_and_flag() {
     assert!(refused.status.code() == Some(2) && message.contains("'tcsh'") && message.contains("bash"), "{message}");
 }
 
-/// The words that bash offers for the last of `words`.
+/// The words that bash offers to complete the last of `words`.
 fn offered(words: &str) -> Vec<String> {
     let script = said(&["completions", "bash"]);
     let asked = format!(
@@ -93,7 +93,7 @@ fn manual_pages_name_every_command_and_flag() {
         }
     }
     assert_eq!(fs::read_dir(&pages).expect("a folder").count(), commands.len() + 1);
-    // A file where the folder should be.
+    // A file exists where the folder should be.
     let refused = twobounce(&["man", pages.join("twobounce.1").to_str().unwrap()]);
     assert_eq!(refused.status.code(), Some(2));
 }

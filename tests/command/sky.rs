@@ -1,4 +1,4 @@
-//! `--sky` with a map, and `--transparent`, as a user meets them: good files, odd ones, bad ones.
+//! `--sky` with a map, and `--transparent`: valid files, unusual ones and invalid ones.
 
 use std::fs;
 use std::path::Path;
@@ -15,7 +15,7 @@ fn run(folder: &Path, args: &[&str]) -> Output {
     command.current_dir(folder).args(["render", "scene.gltf"]).args(args).args(small).output().unwrap()
 }
 
-/// Standard error of a render that must work.
+/// Standard error of a render; fails if the command fails.
 fn rendered(folder: &Path, args: &[&str]) -> String {
     let output = run(folder, args);
     let said = String::from_utf8(output.stderr).unwrap();
@@ -23,7 +23,8 @@ fn rendered(folder: &Path, args: &[&str]) -> String {
     said
 }
 
-/// Fails unless the sky `name` is refused at once, in one sentence that names it and says `part`, and leaves nothing.
+/// Fails unless the sky `name` is refused at once, in one sentence that names it and contains `part`, and no file is
+/// left.
 fn refused(folder: &Path, name: &str, part: &str) {
     let (before, start) = (names(folder), Instant::now());
     let output = run(folder, &["-o", "a.png", "--sky", name]);
@@ -42,7 +43,7 @@ fn hdr(width: usize, height: usize, texels: impl Fn(usize) -> [u8; 4]) -> Vec<u8
     bytes
 }
 
-/// (¼, ½, 1)
+/// A texel of radiance (¼, ½, 1).
 const EVEN: [u8; 4] = [32, 64, 128, 129];
 
 fn layers(path: &Path) -> Layers {
@@ -67,7 +68,7 @@ fn an_even_map_is_the_even_sky() {
 fn a_map_is_seen_turned_and_scaled_down() {
     let folder = folder();
     let at = |name: &str| folder.path().join(name);
-    // Brighter to the right of its middle, which is towards +Z.
+    // The map is brighter to the right of its middle, which is towards +Z.
     fs::write(at("half.hdr"), hdr(64, 32, |i| if i % 64 < 32 { [64, 64, 64, 128] } else { EVEN })).unwrap();
     let away = ["--eye", "9,0,0", "--target", "9,0,9"];
     let seen = |name: &str, more: &[&str]| {

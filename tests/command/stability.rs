@@ -1,4 +1,4 @@
-//! `twobounce stability` as a user meets it, and its quick table held against the committed one.
+//! `twobounce stability`, and its quick table against the committed one.
 
 use std::fs;
 use std::io::Write;
@@ -44,7 +44,7 @@ fn the_quick_table_is_no_worse_than_the_committed_one() {
     assert!(before.iter().all(|line| line.distance.is_some()), "the committed table has every number");
     let better: Vec<&str> = said.lines().filter(|line| line.starts_with("better: ")).collect();
     if !better.is_empty() {
-        // Past the test's captured output, so that it is seen.
+        // Written to the terminal itself, because the harness captures the output of passing tests.
         let better = better.join("\n");
         let _ = writeln!(std::io::stderr(), "\nbetter than the committed table; {AGAIN}:\n{better}");
     }
@@ -52,7 +52,7 @@ fn the_quick_table_is_no_worse_than_the_committed_one() {
 
 const AGAIN: &str = "run `target/release/twobounce stability --quick -o out/quick`, copy out/quick/rows.csv to tests/stability/quick.csv and commit it";
 
-/// `--against`: a number that got worse is named and ends with 1, one that is the same does not.
+/// `--against` names a number that got worse and exits with 1; equal numbers pass.
 #[test]
 fn a_worse_number_is_an_exit_code() {
     let folder = tempfile::tempdir().unwrap();
@@ -115,13 +115,13 @@ fn backs_without_a_side_dim_nothing_behind_glass() {
     let places = rows["rows"][0]["measured"]["places"].as_array().unwrap();
     let of_box: Vec<&serde_json::Value> =
         places.iter().filter(|place| place[0].as_str().unwrap().starts_with("thin-walled")).collect();
-    // 0.22: the noise of few samples, and edges that are smooth in the truth.
+    // 0.22: the noise of few samples, and edges that are smooth in the reference.
     assert!(of_box.len() == 2 && of_box.iter().all(|place| place[1].as_f64().unwrap() < 0.26), "{places:?}");
 }
 
-/// Scenes made by chance: nothing hangs, every pixel is finite, and most are as bright as the path tracer's. Seed 0 looks
-/// through up to fifty panes of glass at what few rays light (0.67 of it), seed 6 has a light and seed 10 a lamp that almost
-/// touch a surface, which few points find (0.86, 0.85).
+/// Random scenes: nothing hangs, every pixel is finite, and most are as bright as the path tracer's. Seed 0 looks
+/// through up to fifty panes of glass at a surface that few rays light (0.67 of it); seed 6 has a light, and seed 10 a
+/// lamp, that almost touch a surface and that few points find (0.86, 0.85).
 #[test]
 #[ignore = "half a minute: make test-more"]
 fn scenes_made_by_chance_are_finite() {
@@ -161,7 +161,7 @@ fn mistakes_are_told_in_a_sentence() {
     }
 }
 
-/// The page is there with the first row, and says that the program runs.
+/// The page is written with the first row, and says that the program runs.
 #[test]
 fn the_first_row_has_a_page_while_others_are_measured() {
     let folder = Folder::empty();

@@ -1,4 +1,4 @@
-//! `twobounce study`: its page has today's axes, keeps what stands in it by hand, and takes no other page's place.
+//! `twobounce study`: its page has the current axes, keeps text that was written by hand, and replaces no other page.
 
 use std::fs;
 use std::path::Path;
@@ -7,8 +7,8 @@ use std::process::Command;
 use crate::cli_common::{after_first_row, interrupted};
 use twobounce::chart::study::{PATHS_AXIS, lines};
 
-/// Axis and setting of every line of the page's table but those of the path tracer, which stand last; an axis is named
-/// once. A star marks lines with a second image.
+/// Axis and setting of every line of the page's table except the path tracer's, which come last; an axis is named once.
+/// A star marks lines with a second image.
 fn table(page: &str) -> Vec<String> {
     let rows = page.lines().filter(|line| line.starts_with("| ") && line.contains("| `"));
     let rows = rows.take_while(|line| !line.starts_with(&format!("| {PATHS_AXIS} |")));
@@ -18,7 +18,7 @@ fn table(page: &str) -> Vec<String> {
     .collect()
 }
 
-/// The lines of today's table of axes, in the same form.
+/// The lines of the current table of axes, in the same form.
 fn today(sets: &[String]) -> Vec<String> {
     let mut last = "";
     let lines = lines(sets).unwrap();
@@ -68,7 +68,7 @@ fn the_page_has_every_axis_and_keeps_what_stands_by_hand() {
     assert_eq!(fs::read_to_string(&page_path).unwrap(), "My own page.");
 }
 
-/// The page of presets alone lists today's presets.
+/// The page of presets alone lists the current presets.
 #[test]
 fn the_rooms_in_docs_are_of_todays_presets() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/notes/study/rooms/README.md");
@@ -79,7 +79,7 @@ fn the_rooms_in_docs_are_of_todays_presets() {
     assert_eq!(shown, presets, "docs/notes/study/rooms is stale: run `twobounce study --presets-only`");
 }
 
-/// Says so when an axis is added and the study is not run again. Until the study is run there is nothing to hold it against.
+/// Fails when an axis was added and the study was not run again. Before the first run there is no page to compare.
 #[test]
 fn the_study_in_docs_is_of_todays_axes() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/notes/study/README.md");

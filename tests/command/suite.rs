@@ -1,5 +1,5 @@
-//! `twobounce suite`: an image has the error that it was given, references are made again, and nonsense is refused before anything is
-//! written.
+//! `twobounce suite`: an image made with a known error gets that error, references are made again, and invalid input is
+//! refused before anything is written.
 
 use std::fs;
 
@@ -9,7 +9,7 @@ use twobounce::output::exr::Metadata;
 
 use crate::cli_common::{Folder, root};
 
-/// A folder with a suite of one scene at two sides, whose references are there.
+/// A folder with a suite of one scene at two sides, with its references.
 fn small() -> Folder {
     let folder = Folder::with_box("box.glb");
     let text = fs::read_to_string(root().join("suite/suite.toml")).unwrap();
@@ -68,15 +68,15 @@ fn an_image_has_the_error_that_it_was_given() {
     let [rel, energy] = ["total_rel", "total_energy"].map(|column| number("Bright | one", column));
     assert!((rel - 0.25).abs() < 1e-5 && (energy - 1.25).abs() < 1e-5, "{rel} and {energy}");
     assert_eq!([row("Bright | one").cell("by"), row("Bright | one").cell("device")], ["Anna", "a card"]);
-    // Half as much again of the indirect light alone, where it is not below the noise of the direct light.
+    // Half as much again of the indirect light alone, where it exceeds the noise of the direct light.
     let [rel, energy] = ["diffuse_rel", "diffuse_energy"].map(|column| number("Indirect", column));
     assert!((rel - 0.5).abs() < 0.01 && (energy - 1.5).abs() < 0.01, "{rel} and {energy}");
 
-    // The page shows them, and no given text is markup.
+    // The page shows the rows, and escapes all given text.
     let page = fs::read_to_string(folder.path("out/README.md")).unwrap();
     assert!(page.contains("| Same | 32×32 | 12 | 0.0000 | 1.000 | – | – |"), "{page}");
     assert!(page.contains("Bright \\| one") && page.contains("&lt;b>hand") && !page.contains("<b>"), "{page}");
-    // Another call keeps them and judges a changed image anew.
+    // A repeated call keeps the rows and measures a changed image again.
     image(&folder, "same.exr", scaled(1.5));
     folder.done(&["suite", "cornell-point", "--import", "Same=same.exr,12.5", "-o", "out"]);
     let again = self::rows(&folder, "out");
@@ -108,7 +108,7 @@ fn presets_and_paths_are_measured_and_an_image_of_render_fits() {
         assert!(rel > 0.0 && rel < 0.6 && row.number("milliseconds").unwrap() > 0.0, "{row:?}");
         assert_eq!((row.cell("side_pixels"), row.cell("device").is_empty()), ("16", false));
     }
-    // The same image by `render`, whose header names the scene and the camera.
+    // An equal image by `render`, whose header names the scene and the camera.
     let render = ["render", "box.glb", "-q", "--noise=off", "--size", "16x16", "--preset", "fast", "-o", "own.exr"];
     let sets = ["--set", "voxels=16", "--set", "bounces=all", "--set", "rays.diffuse=4", "--aov", "direct"];
     folder.done(&[&render[..], &sets].concat());
@@ -171,7 +171,7 @@ fn nonsense_is_refused_and_leaves_no_file() {
         assert!(words.iter().all(|word| said.contains(word)), "{args:?}: {said}");
         assert!(!folder.path("new").exists(), "{args:?} leaves a folder");
     }
-    // A folder of something else keeps what it has, and so does one whose rows are other ones.
+    // A folder of something else keeps its files, and so does one with rows of another kind.
     for (name, text) in [("README.md", "My notes\n"), ("rows.csv", "a,b\n1,2\n")] {
         let _ = fs::remove_dir_all(folder.path("mine"));
         fs::create_dir(folder.path("mine")).unwrap();
@@ -180,7 +180,7 @@ fn nonsense_is_refused_and_leaves_no_file() {
         assert!(said.contains("name another folder"), "{said}");
         assert_eq!(fs::read_to_string(folder.path("mine").join(name)).unwrap(), text);
     }
-    // Without its reference an image cannot be judged, and the sentence says how to make it.
+    // An image without its reference cannot be measured, and the message says how to make the reference.
     fs::remove_file(folder.path("suite/references/cornell-point-32.exr")).unwrap();
     let said = folder.refused(&["suite", "cornell-point", "--import", "A=good.exr,1", "-o", "new"]);
     assert!(said.contains("twobounce suite cornell-point --references") && !folder.path("new").exists(), "{said}");

@@ -1,4 +1,4 @@
-//! Images for a display, of every command that makes them.
+//! Images for a display, by every command that writes them.
 
 use std::fs;
 

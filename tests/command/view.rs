@@ -1,4 +1,4 @@
-//! `view` as a user meets it, in a display that is kept in memory.
+//! `view`, on a display in memory.
 #![cfg(feature = "window")]
 
 use std::path::Path;
@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use crate::cli_common::{Display, folder};
 use twobounce::layers::Layers;
 
-/// One window at a time.
+/// Lock of the tests: only one window is open at a time.
 static ALONE: Mutex<()> = Mutex::new(());
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/cornell-area.glb");
@@ -26,7 +26,7 @@ fn view_of(scene: &str, folder: &Path, script: &str, more: &[&str]) -> Output {
     view_by(&program, folder, script, more)
 }
 
-/// As [`view_of`], with the words that start the program.
+/// As [`view_of`], with these words before its arguments.
 fn view_by(program: &[&str], folder: &Path, script: &str, more: &[&str]) -> Output {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     std::fs::write(folder.join("script"), script).unwrap();
@@ -35,12 +35,12 @@ fn view_by(program: &[&str], folder: &Path, script: &str, more: &[&str]) -> Outp
     display.command(program).args(args).current_dir(folder).output().unwrap()
 }
 
-/// Standard output of a session that must work.
+/// Standard output of a session; fails if the session fails.
 fn viewed(folder: &Path, script: &str) -> String {
     said(view(folder, script, &[]))
 }
 
-/// Standard output of what must work.
+/// Standard output of a command; fails if the command fails.
 fn said(output: Output) -> String {
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
@@ -78,7 +78,7 @@ fn the_window_shows_the_bits_that_its_command_renders() {
     assert!(pixels(&folder.path().join("a.png")) != pixels(&folder.path().join("b.png")));
 }
 
-/// At rest the picture gets better, and the command that is printed makes what is shown.
+/// At rest the picture is refined, and the printed command makes the picture in the window.
 #[test]
 fn a_picture_at_rest_is_refined_and_its_light_settles_before_the_eye() {
     let folder = folder();
@@ -93,7 +93,7 @@ fn a_picture_at_rest_is_refined_and_its_light_settles_before_the_eye() {
     assert!(unfinished.is_some_and(|pictures: u32| pictures > 0), "nothing was shown while light settled: {said}");
 }
 
-/// Light of what moved before is forgotten once all stands still.
+/// Stored light of earlier motion is discarded when everything stands still.
 #[test]
 fn an_animation_that_stops_shows_what_its_command_renders() {
     let folder = folder();
@@ -128,7 +128,7 @@ fn a_window_is_minimised_and_restored() {
     assert!(pixels(&folder.path().join("a.png")) == pixels(&folder.path().join("b.png")));
 }
 
-/// A swapchain that no longer fits, found at either call and by turns, is made anew, and the picture stays.
+/// A swapchain that no longer fits, found alternately at acquire and at present, is recreated, and the picture stays.
 #[test]
 fn swapchains_that_are_out_of_date_are_made_anew() {
     let folder = folder();
@@ -140,7 +140,8 @@ fn swapchains_that_are_out_of_date_are_made_anew() {
     assert!(pixels(&folder.path().join("a.png")) == pixels(&folder.path().join("b.png")));
 }
 
-/// Both devices are lost, one after the other, and opened anew; one that is lost again at once is given up in a sentence.
+/// Each of the two devices is lost in turn and reopened; a device that is lost again at once ends the window with a
+/// message.
 #[test]
 fn lost_devices_are_opened_anew() {
     let folder = folder();
@@ -148,7 +149,7 @@ fn lost_devices_are_opened_anew() {
     let output = view(folder.path(), script, &[]);
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     said(output);
-    assert_eq!(errors.matches("was lost, and is opened anew").count(), 2, "{errors}");
+    assert_eq!(errors.matches("was lost and is reopened").count(), 2, "{errors}");
     assert!(pixels(&folder.path().join("a.png")) == pixels(&folder.path().join("b.png")));
 
     for again in ["fault lost\nremake 1\nfault lost\nremake 1\nquit", "lose\nrest\nlose\nrest\nquit"] {
@@ -168,7 +169,7 @@ fn layers_and_panel_are_shown() {
     assert!(image != normals && image != panel);
 }
 
-/// Each picture gets a name of its own, whatever the folder holds, and is whole though the key is pressed while it is made.
+/// Each picture gets a new name, whatever the folder holds, and is complete though the key is pressed while it is made.
 #[test]
 fn pictures_are_saved_whole_under_names_that_are_free() {
     let folder = folder();
@@ -197,7 +198,7 @@ fn the_path_tracer_runs_beside_and_the_picture_fades_to_it() {
         let after = said.split_once(name).unwrap_or_else(|| panic!("no {name} in {said}")).1;
         after.trim_start().split([',', '\n']).next().unwrap().parse::<f64>().unwrap()
     };
-    // A few paths a pixel are noise; the energy is right all the same.
+    // A few paths a pixel are noisy; the energy is right nevertheless.
     assert!((number("energy") - 1.0).abs() < 0.1 && number("rel") > 0.0 && number("FLIP") > 0.0, "{said}");
     let [image, reference, error] = ["a.png", "b.png", "c.png"].map(|name| pixels(&folder.path().join(name)));
     assert!(image != reference && reference != error);
@@ -244,7 +245,8 @@ fn without_the_feature_there_is_nothing_of_a_window() {
     assert!(!windows(&tree(&["--no-default-features"])));
 }
 
-/// Left of the line what `--preset fast` renders, right of it what another preset does; a picture differs in nothing from itself.
+/// The left part shows the render of `--preset fast`, the right part that of another preset; a picture has no
+/// difference from itself.
 #[test]
 fn another_preset_is_shown_beside() {
     let folder = folder();
@@ -280,12 +282,12 @@ fn voxels_and_list_lengths_are_shown() {
     };
     let (fine, coarse, lengths) = (colors("a.png").len(), colors("b.png").len(), colors("c.png"));
     assert!(fine > 3 * coarse && coarse > 3, "{fine} and {coarse} voxels");
-    // A wall's inside has one or two triangles in a voxel, a corner more.
+    // A voxel within a wall has one or two triangles, one at a corner more.
     assert!(lengths.contains(&[0, 0, 0]) && lengths.len() > 2, "{lengths:?}");
 }
 
-/// Light that is kept on surfaces is the light that is seen there; a volume's sides differ; only methods that have them
-/// show them.
+/// Stored light of surfaces equals the light of the image there; a volume's sides differ; only methods with these
+/// layers show them.
 #[test]
 fn light_is_shown_where_it_is_kept() {
     let folder = folder();
@@ -300,13 +302,13 @@ fn light_is_shown_where_it_is_kept() {
     let mean = |name: &str| image(name).pixels().flat_map(|p| p.0).map(f64::from).sum::<f64>() / (3.0 * 96.0 * 64.0);
     let colors = |name: &str| image(name).pixels().map(|p| p.0).collect::<std::collections::BTreeSet<_>>().len();
     assert!(mean("kept.png") > 10.0 && mean("mean.png") > 10.0, "{} and {}", mean("kept.png"), mean("mean.png"));
-    // An item keeps one colour for all pixels that it is seen at.
+    // An item has one colour in all pixels that show it.
     assert!(colors("items.png") > 50 && colors("kept.png") <= colors("items.png") + 2);
     assert!(image("x.png") != image("mean.png") && image("x.png") != image("coarse.png"));
     assert!(image("kept.png") != image("seen.png"));
 }
 
-/// The rays of a pixel bring what the pixel is lit by, and end where something is.
+/// The rays of a pixel bring the light of its gather, and end at surfaces.
 #[test]
 fn the_rays_of_a_pixel_are_listed() {
     let folder = folder();
@@ -315,7 +317,7 @@ fn the_rays_of_a_pixel_are_listed() {
         said(view(folder.path(), script, &["--set", "rays.diffuse=16", "--set", "image.gather_resolution=full"]));
     let rays: Vec<&str> = said.lines().filter(|line| line.starts_with("ray ")).collect();
     assert_eq!(rays.len(), 16, "{said}");
-    // The floor is seen there: rays go up, to walls, the ceiling and the boxes, and leave through the open front.
+    // The pixel shows the floor: its rays go up, to walls, the ceiling and the boxes, and leave through the open front.
     assert!(rays.iter().filter(|ray| ray.ends_with("front")).count() > 8, "{said}");
     assert!(!rays.iter().any(|ray| ray.ends_with("back")), "{said}");
     let points = |ray: &str| {
@@ -346,7 +348,7 @@ fn a_setting_is_measured_beside_its_neighbours() {
     assert_eq!(costs.matches(" ms, ").count(), 5, "{costs}");
 }
 
-/// Another file instead of the one that is open; one that cannot be read changes nothing.
+/// Another file replaces the open one; one that cannot be read changes nothing.
 #[test]
 fn a_dropped_file_is_shown_instead() {
     let folder = folder();
@@ -362,7 +364,7 @@ fn a_dropped_file_is_shown_instead() {
     assert!(shown("b.png") == shown("image.png") && shown("b.png") == shown("c.png"), "{command}");
 }
 
-/// A scene that can be read but not rendered: what was open stays.
+/// With a scene that can be read but not rendered, the open one stays.
 #[test]
 fn a_dropped_scene_that_does_not_fit_changes_nothing() {
     let folder = folder();
@@ -385,7 +387,7 @@ fn a_dropped_scene_that_does_not_fit_changes_nothing() {
     assert!(moved < 60, "{moved} pixels differ: the eye did not come back");
 }
 
-/// GLSL that is saved is shown; where it has an error, the last picture stays, and the error is said.
+/// Saved GLSL is used at once; where it has an error, the last picture stays, and the error is shown.
 #[cfg(feature = "hot-reload")]
 #[test]
 fn saved_shaders_are_shown() {
@@ -398,7 +400,7 @@ fn saved_shaders_are_shown() {
     let dark = good.replacen(shown, "imageStore(shaded[0], at, 0.5 * shown.beauty);", 1);
     let broken = dark.replacen("0.5 * shown", "nothing * shown", 1);
     let line = good.lines().position(|line| line.contains(shown)).expect("the image is stored") + 1;
-    // Each is saved once the window has shown what was before.
+    // Each change is saved after the window has shown the one before.
     let saves = [("a.png", dark), ("b.png", broken), ("c.png", good)];
     let shown = folder.path().to_owned();
     let editor = std::thread::spawn(move || {

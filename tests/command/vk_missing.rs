@@ -1,5 +1,5 @@
-//! A machine without a Vulkan loader, without a driver or without the device that was asked for: one sentence that
-//! names what is missing, exit code 2.
+//! A machine without a Vulkan loader, without a driver or without the requested device: one message that names what is
+//! missing, and exit code 2.
 #![cfg(target_os = "linux")]
 
 use std::process::{Command, Output};
@@ -20,7 +20,7 @@ fn assert_refused(output: &Output, package: &str) {
 
 #[test]
 fn no_loader_names_its_package() {
-    // An empty file in the place of the library, found before the real one.
+    // An empty file in place of the library, found before the real one.
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("libvulkan.so.1"), "").unwrap();
     assert_refused(&info(&[("LD_LIBRARY_PATH", folder.path().to_str().unwrap())]), "libvulkan1");
@@ -40,7 +40,7 @@ fn with_both_the_devices_are_listed() {
     assert!(text.starts_with("0: ") && text.contains("geometryShader"), "{text}");
 }
 
-/// Asks for a device that is not there by the variable, by the flag, and by the flag against the variable.
+/// Asks for a missing device by the variable, by the flag, and by the flag against the variable.
 #[test]
 fn a_device_that_is_not_there_is_refused_with_a_list() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,7 +1,7 @@
 //! GLSL functions of `glsl`, evaluated by `glsl/test/functions.comp`. Every test file uses a part of this.
 //!
-//! Both sides compute in f32 from the same formulas, so tolerances pay for rounding and for the precision that Vulkan
-//! asks of sin, exp2 and log2 alone: 10⁻⁴ unless stated.
+//! Both sides compute in f32 from the same formulas, so tolerances cover rounding and the precision that Vulkan
+//! requires of sin, exp2 and log2 alone: 10⁻⁴ unless stated.
 #![allow(dead_code)]
 
 use std::sync::Arc;
@@ -22,7 +22,7 @@ use twobounce::vk::*;
 use crate::gpu;
 use crate::scenes::Random;
 
-/// The numbers of `evaluate` in the shader.
+/// The number of each function in the shader's `evaluate`.
 #[derive(Clone, Copy)]
 pub enum Function {
     ConeSet,
@@ -51,7 +51,7 @@ pub enum Function {
 pub struct Arguments(pub [[f32; 4]; 3]);
 
 impl Arguments {
-    pub fn of(a: Vec4, b: Vec4, c: Vec4) -> Self {
+    pub fn of_vectors(a: Vec4, b: Vec4, c: Vec4) -> Self {
         Self([a.into(), b.into(), c.into()])
     }
 
@@ -66,7 +66,7 @@ impl Arguments {
 
 pub const EDGE: u32 = 16;
 
-/// A device with a volume to trace cones into.
+/// A device with a volume that cones are traced through.
 pub struct Gpu {
     context: Arc<Context>,
     faces: Vec<Image>,
@@ -108,7 +108,7 @@ impl Gpu {
         self.run(function, inputs, settings).0
     }
 
-    /// Each case with what comes of its arguments, on a grid of [`EDGE`].
+    /// Each case with the results of its arguments, on a grid of [`EDGE`].
     pub fn results<'a, T>(
         &self,
         function: Function,
@@ -119,7 +119,7 @@ impl Gpu {
         cases.iter().zip(self.evaluate(function, &inputs, &settings())).collect()
     }
 
-    /// Also what was counted, where the context counts.
+    /// As [`Self::run`], with the counters, where the context counts.
     pub fn run(&self, function: Function, inputs: &[Arguments], settings: &Settings) -> (Vec<Arguments>, Counts) {
         let c = &self.context;
         let mut constants = with(constants(settings, Features::default()), &of_cones(&settings.of.cones));
@@ -147,7 +147,7 @@ impl Gpu {
         let timings = recorder.finish().expect("a dispatch");
         let outputs = download(c, &output).expect("outputs");
         assert_eq!(c.take_validation_messages(), Vec::<String>::new());
-        (outputs, Counts::of(&timings.zones[0].counts))
+        (outputs, Counts::of_counters(&timings.zones[0].counts))
     }
 }
 

@@ -1,4 +1,5 @@
-//! Scenes that are hard on specular, refraction, shadow and occlusion cones, one subject each. Metres.
+//! Scenes that are difficult for specular, refraction, shadow and occlusion cones, one subject each. Lengths are in
+//! metres.
 
 use std::collections::HashMap;
 
@@ -57,7 +58,7 @@ fn sphere(material: usize, radius: f32, subdivisions: u32) -> Mesh {
     }
 }
 
-/// Unit vertices and outward triangles, in f64 so that subdivision does not drift.
+/// Unit vertices, and triangles that face outward, in f64 so that subdivision does not drift.
 fn icosahedron() -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let golden = 0.5 * (1.0 + 5f64.sqrt());
     let corners = [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)];
@@ -84,8 +85,9 @@ fn icosahedron() -> (Vec<DVec3>, Vec<[u32; 3]>) {
     (vertices, faces)
 }
 
-/// Six spheres from smooth to rough, of metal or of black lacquer, in a room of side 2 around the origin. The floor and the
-/// back are checkered, the left wall is red, the right one green, the front is open; a lamp of radiance 12 is in the ceiling.
+/// Six spheres from smooth to rough, of metal or of black lacquer, in a room of side 2 around the origin. The floor and
+/// the back are checkered, the left wall is red, the right one green, the front is open; a lamp of radiance 12 is in
+/// the ceiling.
 pub fn spheres(metal: bool) -> Scene {
     let mut scene = Scene::empty(if metal { "metal spheres" } else { "lacquer spheres" });
     let [x, y, z] = [2.0 * Vec3::X, 2.0 * Vec3::Y, 2.0 * Vec3::Z];
@@ -129,8 +131,8 @@ fn lit_wall(name: &str) -> Scene {
     scene
 }
 
-/// A ball of greenish glass in front of the wall. The light is placed so that the ball's shadow falls outside the visible part
-/// of the wall.
+/// A ball of greenish glass in front of the wall. The light is placed so that the ball's shadow falls outside the
+/// visible part of the wall.
 pub fn glass_ball(ior: f32, roughness: f32) -> Scene {
     let mut scene = lit_wall("glass ball");
     let glass = Material {
@@ -148,8 +150,8 @@ pub fn glass_ball(ior: f32, roughness: f32) -> Scene {
     scene
 }
 
-/// Two mirrors at a right angle, and behind the camera, lit by a point light, the checkered wall that they both show: all of it is
-/// mirrored twice.
+/// Two mirrors at a right angle and, behind the camera, the checkered wall that they both show, lit by a point light.
+/// All of the wall is mirrored twice.
 pub fn two_mirrors() -> Scene {
     let mut scene = Scene::empty("two mirrors");
     let checks = [Vec3::new(0.8, 0.75, 0.6), Vec3::new(0.1, 0.2, 0.45)];
@@ -163,7 +165,7 @@ pub fn two_mirrors() -> Scene {
     ] {
         scene.add_mesh(Mesh::quad("mirror", mirror, corner, along, 2.0 * Vec3::Y), DAffine3::IDENTITY);
     }
-    // Away from the mirrors: what they send of it to the wall no path finds.
+    // The wall faces away from the mirrors: no path finds the light that they reflect onto it.
     let light = DAffine3::from_translation(DVec3::new(0.2, 1.3, 1.2)) * DAffine3::from_rotation_y(std::f64::consts::PI);
     scene.add_light(LightKind::Spot { inner: 0.8, outer: 1.5 }, Vec3::splat(8.0), light);
     scene.add_camera(&View::look_at(DVec3::Z * 1.8, DVec3::ZERO, DVec3::Y, 28f32.to_radians()));
@@ -186,8 +188,8 @@ pub fn thin_pane(roughness: f32) -> Scene {
     scene
 }
 
-/// A floor of side 2 and a block of 0.7 × 0.1 × 0.7 that floats 0.5 above it. The only light is a point light of this `radius`,
-/// 1.6 above the floor.
+/// A floor of side 2 and a block of 0.7 × 0.1 × 0.7 that floats 0.5 above it. The only light is a point light of this
+/// `radius`, 1.6 above the floor.
 pub fn penumbra(radius: f32) -> Scene {
     let mut scene = Scene::empty("penumbra");
     let white = scene.add_material(Material::lambert("white", Vec3::splat(0.8)));

@@ -1,4 +1,4 @@
-//! One frame under validation, and what it left on the device. Every test file uses a part of this.
+//! One frame under validation, and its results on the device. Every test file uses a part of this.
 #![allow(dead_code)]
 
 #[path = "../twins/mod.rs"]
@@ -20,15 +20,15 @@ use twobounce::vk::{Context, ContextOptions, download, download_image};
 
 use glam::Vec4;
 
-/// A device with validation and synchronisation validation on; one for all tests of a binary, so that they compile a pipeline
-/// once.
+/// A device with validation and synchronisation validation on; all tests of a binary share it, so that each pipeline is
+/// compiled once.
 pub fn context() -> Arc<Context> {
     static SHARED: LazyLock<Arc<Context>> = LazyLock::new(own_context);
     SHARED.clone()
 }
 
-/// Shaders of the folder that `TWOBOUNCE_TEST_GLSL` names take the place of those that the build compiled: `make faults` plants
-/// most faults in this way, without building anything.
+/// Shaders of the folder that `TWOBOUNCE_TEST_GLSL` names replace those that the build compiled: `make faults` plants
+/// most faults in this way, without a build.
 #[cfg(feature = "hot-reload")]
 fn take_planted_shaders() {
     static TAKEN: LazyLock<()> = LazyLock::new(|| {
@@ -48,7 +48,7 @@ pub fn assert_clean(context: &Context) {
     assert!(messages.is_empty(), "the validation layer says:\n{}", messages.join("\n"));
 }
 
-/// A context for one test alone, which counts what is taken or made.
+/// A context for one test alone, which counts allocations and objects.
 pub fn own_context() -> Arc<Context> {
     take_planted_shaders();
     Context::new(&ContextOptions { validation: true, ..Default::default() }).expect("a device that twobounce can use")
@@ -68,7 +68,7 @@ pub fn describing() -> Arc<Context> {
     Context::describing(&options).expect("a device that twobounce can use")
 }
 
-/// The ways in which rays of a context find triangles, the tree first. `TWOBOUNCE_TEST_QUERIES` says that there must be queries.
+/// The tracers that a context offers, the tree first. If `TWOBOUNCE_TEST_QUERIES` is set, queries must be among them.
 pub fn tracers(context: &Context) -> &'static [Tracer] {
     let asked = std::env::var_os("TWOBOUNCE_TEST_QUERIES").is_some();
     assert!(context.has_ray_queries() || !asked, "{} has no ray queries", context.name);
@@ -111,8 +111,9 @@ pub fn render_layers(
     renderer
 }
 
-/// The listed (voxel, triangle) pairs; triangles by their place in the scene. Checks what must hold of any lists: the
-/// counters count them, no list is cyclic, and the cells, where they are kept, are the occupied voxels, each once.
+/// The listed (voxel, triangle) pairs; a triangle is its index in the scene. The function checks the properties of any
+/// lists: the counters match, no list is cyclic, and the cells, where they are kept, are the occupied voxels, each
+/// once.
 pub fn listed_pairs(context: &Arc<Context>, renderer: &Renderer) -> Vec<Pair> {
     listed_pairs_of(context, renderer, 0)
 }
@@ -137,7 +138,7 @@ pub fn listed_pairs_of(context: &Arc<Context>, renderer: &Renderer, grid: usize)
             item = next;
         }
     }
-    // Twins stand in no list. Where no item is split there is room for one part, and nothing is written there.
+    // Twins are in no list. Where no item is split there is room for one part, which stays unwritten.
     let parts: Vec<ItemPart> = download(context, &resources.item_parts).expect("parts");
     let split = parts.len() >= globals.item_count as usize;
     let counted = parts.iter().take(globals.item_count as usize).enumerate().filter(|_| split);
@@ -157,7 +158,7 @@ pub fn volume_bits(context: &Arc<Context>, images: &LightVolume) -> Vec<Vec<Vec<
     (0..images.levels).map(level).collect()
 }
 
-/// A volume as its twin holds it.
+/// A volume in the form of its twin.
 pub fn volume(context: &Arc<Context>, images: &LightVolume) -> Volume {
     let texel = |bits: &[u16; 4]| Vec4::from_array(bits.map(|b| f16::from_bits(b).to_f32()));
     let levels = volume_bits(context, images);

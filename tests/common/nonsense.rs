@@ -1,20 +1,20 @@
-//! Scenes, settings and frames with values in public fields that make no sense: each is refused in a sentence, or is rendered.
+//! Scenes, settings and frames with invalid values in public fields: each is refused with a message, or rendered.
 #![allow(dead_code)]
 
 use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3, Vec4};
-use twobounce::scene::deform::{Deform, Deformer, Joint, Target};
+use twobounce::scene::deform::{Deform, Deformer, Joint, TargetDeltas};
 use twobounce::scene::finish::Finish;
 use twobounce::scene::{
-    Alpha, Animation, Bounds, Channel, Image, Interpolation, LightKind, Material, Mesh, Mip, Projection, Property,
-    Scene, Texture, TextureRef, Transform, View, WeightChannel, Wrap,
+    Alpha, Animation, Bounds, Channel, Interpolation, LightKind, Material, Mesh, Mip, Projection, Property, Scene,
+    Texture, TextureImage, TextureRef, Transform, View, WeightChannel, Wrap,
 };
 use twobounce::settings::Settings;
 
 use crate::random::Random;
 
-/// Values that make no sense, chosen by chance: the same for the same seed.
+/// Invalid values, chosen at random: the same for the same seed.
 pub struct Chance(Random);
 
 impl Chance {
@@ -63,7 +63,7 @@ impl Chance {
 /// A floor with a texture, a lamp, a mesh with a skin and a morph target, lights, a camera and animations.
 pub fn scene() -> Scene {
     let mut scene = Scene::empty("nonsense");
-    scene.images.push(Image { name: "image".into(), width: 2, height: 2, rgba: vec![200; 16] });
+    scene.images.push(TextureImage { name: "image".into(), width: 2, height: 2, rgba: vec![200; 16] });
     let wrap = [Wrap::Repeat, Wrap::Mirror];
     scene.textures.push(Texture { image: 0, wrap, mag_linear: true, min_linear: true, mip: Mip::Linear });
     let slot = TextureRef { texture: 0, uv_set: 0, transform: glam::Affine2::IDENTITY };
@@ -80,7 +80,7 @@ pub fn scene() -> Scene {
     let joint = Joint { node: 0, joint_from_mesh: DAffine3::IDENTITY };
     scene.deformers.push(Deformer { node: 0, joints: vec![joint], weights: vec![0.5] });
     let count = floor.positions.len();
-    let moved = Target { positions: vec![Vec3::Y; count], normals: vec![Vec3::ZERO; count], tangents: vec![] };
+    let moved = TargetDeltas { positions: vec![Vec3::Y; count], normals: vec![Vec3::ZERO; count], tangents: vec![] };
     let deform = Deform {
         positions: floor.positions.clone(),
         normals: floor.normals.clone(),
@@ -209,7 +209,7 @@ pub fn spoil(scene: &mut Scene, chance: &mut Chance) {
     }
 }
 
-/// A camera that may make no sense.
+/// A camera, often an invalid one.
 pub fn spoilt_view(mut view: View, chance: &mut Chance) -> View {
     match chance.below(4) {
         0 => view.eye = chance.vector64(),
@@ -220,12 +220,12 @@ pub fn spoilt_view(mut view: View, chance: &mut Chance) -> View {
     view
 }
 
-/// Bounds that may make no sense.
+/// Bounds, often invalid ones.
 pub fn spoilt_bounds(chance: &mut Chance) -> Bounds {
     Bounds { min: chance.vector64(), max: chance.vector64() }
 }
 
-/// The settings with another number, truth or word at a place or two.
+/// The settings with another number, boolean or string at one or two places.
 pub fn spoilt_settings(settings: &Settings, chance: &mut Chance) -> Settings {
     let mut value = toml::Value::try_from(settings).unwrap();
     for _ in 0..=chance.below(2) {
@@ -241,7 +241,7 @@ pub fn spoilt_settings(settings: &Settings, chance: &mut Chance) -> Settings {
     value.try_into().unwrap_or_else(|_| settings.clone())
 }
 
-/// A place of the tree that is no table.
+/// A place in the tree of settings that is not itself a table.
 fn leaf<'a>(tree: &'a mut toml::Value, chance: &mut Chance) -> &'a mut toml::Value {
     if tree.as_table().is_none_or(|table| table.is_empty()) {
         return tree;

@@ -1,4 +1,5 @@
-//! GLSL functions of the method `photons`, evaluated by `glsl/test/photons.comp`, and a volume made by hand for them.
+//! GLSL functions of the method `photons`, evaluated by `glsl/test/photons.comp`, and a volume for them that tests
+//! fill.
 #![allow(dead_code)]
 
 use std::sync::Arc;
@@ -15,7 +16,7 @@ use twobounce::vk::*;
 
 use crate::gpu;
 
-/// The numbers of `evaluate` in the shader.
+/// The number of each function in the shader's `evaluate`.
 #[derive(Clone, Copy)]
 pub enum Function {
     Octahedron,
@@ -32,7 +33,7 @@ pub enum Function {
 pub struct Arguments(pub [[f32; 4]; 3]);
 
 impl Arguments {
-    pub fn of(a: Vec4, b: Vec4) -> Self {
+    pub fn of_vectors(a: Vec4, b: Vec4) -> Self {
         Self([a.into(), b.into(), [0.0; 4]])
     }
 
@@ -48,12 +49,12 @@ impl Arguments {
 pub const EDGE: u32 = 16;
 
 /// A device with an empty volume.
-pub struct Gpu {
+pub struct PhotonGpu {
     context: Arc<Context>,
     volume: LightVolume,
 }
 
-impl Gpu {
+impl PhotonGpu {
     pub fn new() -> Self {
         let context = gpu::context();
         let volume = LightVolume::new(&context, PHOTON_VOLUME, 0, EDGE).expect("a volume");
@@ -62,14 +63,14 @@ impl Gpu {
         this
     }
 
-    /// `of`: for a level and a place in it, in its texels, what is sent in every direction (premultiplied, and its area) and what
-    /// stands in the way of travellers along the axes, to and fro (and the share of samples).
+    /// Fills the volume. `of` gives for a level and a texel in it the light sent in every direction (premultiplied, and
+    /// its area) and the opacity for travellers along the axes in both directions (and the share of samples).
     pub fn fill(&self, of: impl Fn(u32, [u32; 3]) -> (Vec4, Vec4)) {
         self.fill_directions(|level, at, _| of(level, at));
     }
 
-    /// As [`Self::fill`], with the light of each of the sixteen directions given by itself: the last argument is the
-    /// direction's texel. The opacities along the axes are those of texel 0.
+    /// As [`Self::fill`], with separate light for each of the sixteen directions: the last argument is the direction's
+    /// texel. The opacities along the axes are those of texel 0.
     pub fn fill_directions(&self, of: impl Fn(u32, [u32; 3], u32) -> (Vec4, Vec4)) {
         for level in 0..self.volume.levels {
             let edge = EDGE >> level;
@@ -119,9 +120,10 @@ impl Gpu {
         outputs
     }
 
-    /// Traces one cone: light (red), what is left open, and the same exponentially weighted.
+    /// Traces one cone; returns its light (red), its open share, and the exponentially weighted open share.
     pub fn trace(&self, from: Vec3, d: Vec3, ratio: f32, settings: &Settings) -> [f32; 3] {
-        let found = self.evaluate(Function::TraceCone, &[Arguments::of(from.extend(ratio), d.extend(0.0))], settings);
+        let found =
+            self.evaluate(Function::TraceCone, &[Arguments::of_vectors(from.extend(ratio), d.extend(0.0))], settings);
         [found[0].0[0][0], found[0].0[0][3], found[0].0[1][0]]
     }
 }

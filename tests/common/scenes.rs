@@ -1,10 +1,10 @@
-//! Random numbers, and what random triangles are made of. Every test file uses a part of this.
+//! Random numbers and random triangles. Every test file uses a part of this.
 #![allow(dead_code)]
 
 use glam::{DAffine3, DVec3};
 use twobounce::scene::{Material, Mesh, Scene};
 
-/// Random numbers in [0,1) that are the same everywhere (Knuth's 64-bit congruential generator, upper bits).
+/// Random numbers in [0,1) that are equal on all machines (Knuth's 64-bit congruential generator, upper bits).
 pub struct Random(u64);
 
 impl Random {
@@ -17,12 +17,12 @@ impl Random {
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// In [0,1)³.
+    /// A random point in [0,1)³.
     pub fn point(&mut self) -> DVec3 {
         DVec3::new(self.unit(), self.unit(), self.unit())
     }
 
-    /// On the unit sphere.
+    /// A random point on the unit sphere.
     pub fn direction(&mut self) -> DVec3 {
         loop {
             let v = self.point() * 2.0 - 1.0;
@@ -40,7 +40,7 @@ pub fn add(scene: &mut Scene, triangles: &[[DVec3; 3]], material: Material) {
     scene.add_mesh(Mesh::triangles("triangles", material, &triangles), DAffine3::IDENTITY);
 }
 
-/// A triangle with its corners in a cube of `size` about `center`, as f32 holds them.
+/// A triangle with its corners in a cube of `size` about `center`, rounded to f32.
 pub fn triangle(random: &mut Random, center: DVec3, size: f64) -> [DVec3; 3] {
     std::array::from_fn(|_| (center + (random.point() - 0.5) * size).as_vec3().as_dvec3())
 }

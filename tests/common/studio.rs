@@ -1,4 +1,4 @@
-//! A lit room in which a box can be moved about, and a renderer that is kept from frame to frame. Every test file uses a part.
+//! A lit room with a movable box, and a renderer that is kept from frame to frame. Every test file uses a part of this.
 #![allow(dead_code)]
 
 use std::path::Path;
@@ -14,7 +14,7 @@ use twobounce::vk::Context;
 use crate::gpu;
 use crate::scenes::{Random, add, triangle};
 
-/// A lit room with things in it that share voxels; the last instance is to be moved about.
+/// A lit room with objects that share voxels; its last instance is the movable one.
 pub fn room() -> Scene {
     let (mut scene, mut random) = (Scene::empty("room"), Random::new(8));
     let walls = scene.add_material(Material { double_sided: true, ..Material::lambert("walls", Vec3::splat(0.6)) });
@@ -38,7 +38,7 @@ pub fn pose(scene: &Scene, at: DVec3) -> Pose {
     pose
 }
 
-/// The room as it is, with its box moved, and with its light moved too.
+/// The room unchanged, with its box moved, and with its light moved too.
 pub fn moved_poses(scene: &Scene) -> [Pose; 3] {
     let (here, there) = (pose(scene, DVec3::new(1.0, 1.0, 1.0)), pose(scene, DVec3::new(5.0, 4.0, 3.0)));
     let mut lit = there.clone();
@@ -52,7 +52,7 @@ pub fn asset(name: &str) -> Scene {
     Scene::load(&path, &LoadOptions::default()).expect("it loads")
 }
 
-/// Half-floats of volumes: by volume, face and level.
+/// Half-floats of volumes, indexed by volume, face and level.
 pub type Volumes = Vec<Vec<Vec<Vec<[u16; 4]>>>>;
 
 pub struct Studio {

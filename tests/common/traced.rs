@@ -6,8 +6,7 @@ use twobounce::reference::film::Film;
 use twobounce::reference::{Control, Options, render};
 use twobounce::scene::{Scene, Still, View};
 
-/// The film that the path tracer makes of `scene` from `view`, where everything stands at first. A sample that is not
-/// finite fails.
+/// The path tracer's film of `scene` from `view`, in its first pose. A sample that is not finite fails.
 pub fn film(scene: &Scene, view: &View, options: &Options) -> Film {
     let (mut film, never) = (Film::new(options.width, options.height), AtomicBool::new(false));
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };

@@ -1,10 +1,10 @@
-//! Properties of every loaded scene, whatever its file was.
+//! Properties of every loaded scene, whatever its file.
 
 use twobounce::scene::surface::SurfacePoint;
 use twobounce::scene::texture::Textures;
 use twobounce::scene::{Scene, View};
 
-/// Fails unless the parts of a scene fit together and its numbers are such as renderers expect.
+/// Fails unless the parts of a scene fit together and its numbers are in the ranges that renderers expect.
 pub fn assert_valid(scene: &Scene) {
     scene.check().expect("what the loader made");
     for mesh in &scene.meshes {
@@ -13,7 +13,7 @@ pub fn assert_valid(scene: &Scene) {
         assert!(mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5));
         assert!(mesh.tangents.iter().all(|t| (t.truncate().length() - 1.0).abs() < 1e-5 && t.w.abs() == 1.0));
     }
-    let textures = Textures::of(scene, &scene.materials);
+    let textures = Textures::of_materials(scene, &scene.materials);
     let point = SurfacePoint { uvs: [glam::Vec2::splat(0.3); 2], color: glam::Vec4::ONE, footprint: [0.1; 2] };
     for material in &scene.materials {
         material.evaluate(scene, &textures, &point);

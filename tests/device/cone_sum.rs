@@ -1,5 +1,5 @@
-//! The promises of compositing by sums, on the twin of the cones (tests/device/functions_cones.rs holds the shaders against it): light that
-//! depends neither on how long a step is nor on where steps fall, and on no axis of the grid.
+//! Properties of compositing by sums, checked on the twin of the cones (tests/device/functions_cones.rs compares the
+//! shaders with it): light depends neither on the length and phase of steps nor on the axes of the grid.
 
 use crate::gpu::twins;
 
@@ -17,12 +17,12 @@ fn empty() -> Level {
     std::array::from_fn(|_| vec![Vec4::ZERO; EDGE.pow(3) as usize])
 }
 
-/// Where texel `index` of a grid lies.
+/// The position of texel `index` of a grid.
 fn texel(index: u32) -> UVec3 {
     UVec3::new(index % EDGE, index / EDGE % EDGE, index / (EDGE * EDGE))
 }
 
-/// A wall of one voxel across x, as bright as it is opaque.
+/// A wall of one voxel across x, whose radiance equals its opacity.
 fn wall(alpha: f32) -> Volume {
     let mut level = empty();
     for target in [0, 3] {
@@ -54,7 +54,7 @@ fn a_sum_does_not_depend_on_the_step() {
     for alpha in [0.3, 0.6, 1.0] {
         for step in [0.25, 0.5, 1.0] {
             for found in alphas(&wall(alpha), 0.0, step) {
-                // Rounding of positions; and a cone ends once it is opaque to 0.995.
+                // Rounding of positions; and a cone ends at an opacity of 0.995.
                 assert!(
                     (found - alpha).abs() < if alpha < 1.0 { 1e-4 } else { 0.005 },
                     "alpha {alpha}, step {step}: {found}"
@@ -71,7 +71,8 @@ fn a_sum_is_the_walls_alpha_at_every_angle() {
         for step in [0.25, 0.5, 1.0] {
             let all = alphas(&wall, degrees, step);
             let mean = all.iter().sum::<f32>() / all.len() as f32;
-            // In the mean over the phases; a single one has a sample more or less of the wall's linear profile.
+            // In the mean over the phases; with a single one the number of samples in the wall's linear profile differs
+            // by one.
             assert!((mean - 0.6).abs() < 0.01, "{degrees}°, step {step}: {mean}");
         }
     }
@@ -87,7 +88,7 @@ fn symmetries() -> Vec<Mat3> {
     orders.into_iter().flat_map(|order| (0..8).map(move |signs| signed(order, signs))).collect()
 }
 
-/// Every texel goes where `turn` takes it about the grid's middle, and its targets to the directions that theirs turn into.
+/// Every texel moves as `turn` turns the grid about its middle, and its targets to the turned directions.
 fn turned(level: &Level, turn: Mat3) -> Level {
     let middle = Vec3::splat(0.5 * (EDGE - 1) as f32);
     let mut to = empty();
@@ -132,7 +133,7 @@ fn no_axis_of_the_grid_is_another() {
         assert!(straight.iter().any(|v| v.w > 0.5));
         for turn in symmetries() {
             for (a, b) in straight.iter().zip(through(turned(&level, turn), turn, &settings)) {
-                // The mips are rounded to halves after sums in another order.
+                // The mips are rounded to halves, after sums in another order.
                 assert!((*a - b).abs().max_element() < 2e-3, "{turn}: {a} and {b}");
             }
         }

@@ -1,5 +1,5 @@
-//! Skins and morph targets: closed forms, the device's pass against its twin on the CPU, the renderer against the path tracer in
-//! several poses, and what stays of a pose that is over.
+//! Skins and morph targets: closed forms, the device's pass against its twin on the CPU, the renderer against the path
+//! tracer in several poses, and no trace of an earlier pose.
 
 use crate::gpu;
 
@@ -14,7 +14,7 @@ use twobounce::layers::Layers;
 use twobounce::reference::film::Film;
 use twobounce::reference::{Control, Depth, Options, Stop, render};
 use twobounce::renderer::{RenderOptions, Renderer, SETTLED};
-use twobounce::scene::deform::{Deform, Deformer, Joint, Target};
+use twobounce::scene::deform::{Deform, Deformer, Joint, TargetDeltas};
 use twobounce::scene::{
     Animation, Channel, Instance, Interpolation, LightKind, LoadOptions, Material, Mesh, Node, Playback, Pose,
     Property, Scene, Still, Transform, View, WeightChannel,
@@ -22,7 +22,7 @@ use twobounce::scene::{
 use twobounce::settings::Settings;
 use twobounce::vk::download;
 
-/// Seconds that the bar takes to bend.
+/// The time in seconds in which the bar bends.
 const BENT: f32 = 1.0;
 
 fn node(scene: &mut Scene, parent: Option<usize>, translation: DVec3) -> usize {
@@ -31,9 +31,9 @@ fn node(scene: &mut Scene, parent: Option<usize>, translation: DVec3) -> usize {
     scene.nodes.len() - 1
 }
 
-/// A bar of `material` from 0 to 2 along +Y, half a metre thick, that two joints move, at the heights 0 and 1: above 1 the upper
-/// one alone, below it the lower one alone, and at 1 both alike. Within a second the upper joint turns by 90° about +Z. A target,
-/// whose weight goes from 0 to 1 meanwhile, widens the bar along Z by half.
+/// A bar of `material` from 0 to 2 along +Y, half a metre thick, and two joints at the heights 0 and 1. Above 1 only
+/// the upper joint moves it, below 1 only the lower one, and at 1 both equally. Within a second the upper joint turns
+/// by 90° about +Z; meanwhile a target, whose weight goes from 0 to 1, widens the bar along Z by half.
 fn add_bar(scene: &mut Scene, material: usize, at: DVec3) -> usize {
     let mut mesh = Mesh::default();
     for k in 0..8 {
@@ -57,8 +57,10 @@ fn add_bar(scene: &mut Scene, material: usize, at: DVec3) -> usize {
         Deformer { node: shown, joints: vec![joint(lower, 0.0), joint(upper, 1.0), own], weights: vec![0.0] };
     let share = |p: &Vec3| if p.y == 1.0 { 0.5 } else { f32::from(u8::from(p.y > 1.0)) };
     let skin = mesh.positions.iter().flat_map(|p| [(0, 1.0 - share(p)), (1, share(p))]).collect();
-    let target =
-        Target { positions: mesh.positions.iter().map(|p| 0.5 * p.z * Vec3::Z).collect(), ..Target::default() };
+    let target = TargetDeltas {
+        positions: mesh.positions.iter().map(|p| 0.5 * p.z * Vec3::Z).collect(),
+        ..TargetDeltas::default()
+    };
     let index = scene.deformers.len();
     let deform = Deform { deformer: index, targets: vec![target], influences: 2, skin, ..Deform::default() };
     mesh.deform = Some(Arc::new(deform));
@@ -94,7 +96,7 @@ fn bar() -> Scene {
     scene
 }
 
-/// The bar in a lit room, and a second one that glows.
+/// The bar in a lit room, and a second bar that emits.
 fn room() -> Scene {
     let mut scene = bar();
     scene.name = "room".into();
@@ -150,8 +152,8 @@ fn a_bar_bends_at_its_joint() {
             }
         }
     }
-    // The bounds are those of the shown positions: turned by 90° towards −X, and a corner reached the least x on its
-    // way, at its distance.
+    // The bounds are those of the visible positions: the bar turns by 90° towards −X, and a corner at its full distance
+    // passes the lowest x on its way.
     let bounds = scene.bounds(Some(0));
     assert!((bounds.min.x - (3.0 - 1.0625f64.sqrt())).abs() < 1e-3, "{bounds:?}");
 }
@@ -202,8 +204,8 @@ fn small(changes: &[&str]) -> Settings {
     gpu::with(Settings { voxels: 32, ..Settings::fast() }, changes)
 }
 
-/// Vertices of the device against the twin's: the order of operations is the same, but a driver may fuse multiplications and
-/// additions: a few roundings of the largest number that goes into a sum.
+/// Vertices of the device against the twin's. The order of operations is equal, but a driver may fuse multiplications
+/// and additions: the tolerance is a few roundings of the largest number of a sum.
 fn check_vertices(scene: &Scene, renderer: &Renderer, pose: &Pose) {
     let on_gpu = &renderer.ground().scene;
     let words: Vec<u32> = download(&gpu::context(), &on_gpu.vertices).expect("vertices");
@@ -229,7 +231,7 @@ fn check_vertices(scene: &Scene, renderer: &Renderer, pose: &Pose) {
 #[test]
 fn the_device_deforms_as_its_twin_does() {
     let (mut scene, context) = (room(), gpu::context());
-    // One of the two has faces' own normals.
+    // One of the two has the normals of its faces.
     let faceted = scene.meshes.last_mut().expect("a mesh that glows");
     let from = faceted.indices.clone();
     let triangles: Vec<[Vec3; 3]> = {
@@ -240,7 +242,7 @@ fn the_device_deforms_as_its_twin_does() {
     let mut new = Deform { deformer: old.deformer, influences: 2, flat: true, ..Deform::default() };
     new.skin = from.iter().flat_map(|&i| old.skin[2 * i as usize..][..2].to_vec()).collect();
     let offset = |i: &u32| old.targets[0].positions[*i as usize];
-    new.targets = vec![Target { positions: from.iter().map(offset).collect(), ..Target::default() }];
+    new.targets = vec![TargetDeltas { positions: from.iter().map(offset).collect(), ..TargetDeltas::default() }];
     *faceted = Mesh::triangles("flat", faceted.material, &triangles);
     faceted.deform = Some(Arc::new(new));
     let rest = scene.pose(None, 0.0);
@@ -254,12 +256,12 @@ fn the_device_deforms_as_its_twin_does() {
         check_vertices(&scene, &renderer, &pose);
         let deforms = |r: &Renderer| format!("{:?}", r.log()).matches("\"deform\"").count();
         assert!(deforms(&renderer) > 0, "the pass is in the frame");
-        // A pose that has not changed is not deformed again.
+        // An unchanged pose is not deformed again.
         renderer.render(&pose, &view()).expect("a frame");
         assert_eq!(deforms(&renderer), 0);
     }
     assert_eq!(context.take_validation_messages(), Vec::<String>::new());
-    // A scene in which nothing deforms has neither pass nor buffers.
+    // A scene without deformers has neither the pass nor its buffers.
     let plan = |renderer: &Renderer| renderer.plan().rows.iter().filter(|row| row.0.starts_with("deform ")).count();
     assert_eq!(plan(&renderer), 2);
     scene.meshes.iter_mut().for_each(|mesh| mesh.deform = None);
@@ -295,7 +297,7 @@ fn renderer_and_path_tracer_show_the_same_pose() {
         let own = difference(&image, &truth);
         // Noise of 32 rays and 128 paths, edges of one sample a pixel, light in steps of a voxel of 19 cm.
         assert!(own < 0.10, "{own} at {time} s");
-        // Another pose would be much farther off: the moving lamp lights the walls.
+        // Another pose would differ much more: the moving lamp lights the walls.
         if let Some(before) = before {
             let others = difference(&before, &truth);
             assert!(others > 1.5 * own, "{others} for {own} at {time} s");
@@ -309,7 +311,7 @@ fn bits(renderer: &Renderer) -> Vec<[u32; 3]> {
     renderer.read().beauty().iter().map(|p| p.map(f32::to_bits)).collect()
 }
 
-/// Two bounces keep no history: one frame after a mesh stops or jumps, the image is a new renderer's.
+/// With two bounces no history is kept: one frame after a mesh stops or jumps, the image equals a new renderer's.
 #[test]
 fn a_pose_that_is_over_leaves_nothing() {
     let scene = room();
@@ -320,16 +322,17 @@ fn a_pose_that_is_over_leaves_nothing() {
         }
         let pose = scene.pose_of(&both(), 0.2);
         let mut fresh = renderer(&scene, &settings, 32, &scene.pose(None, 0.0));
-        // Directions differ from frame to frame only where a method jitters; both stand at the same frame.
+        // Directions differ from frame to frame only where a method jitters; both renderers are at the same frame
+        // number.
         (0..4).for_each(|_| drop(fresh.render(&pose, &view()).expect("a frame")));
         assert!(bits(&moving) == bits(&fresh), "{}", settings.method);
     }
     assert_eq!(gpu::context().take_validation_messages(), Vec::<String>::new());
 }
 
-/// With all bounces a frame goes on from the light before it, and the mean over passes begins after 64 frames that stand still. By
-/// then the light of another pose is gone. A new renderer begins its mean when a frame changes by less than [`SETTLED`]: that share
-/// of all light is open between the two, on either side.
+/// With all bounces a frame continues from the light before it, and the mean over passes begins after 64 frames without
+/// motion. By then no light of another pose is left. A new renderer begins its mean when a frame changes by less than
+/// [`SETTLED`]: the two may differ by that share of all light in either direction.
 #[test]
 fn all_bounces_forget_a_pose_in_frames_that_are_counted() {
     let scene = room();
@@ -349,7 +352,7 @@ fn all_bounces_forget_a_pose_in_frames_that_are_counted() {
     assert_eq!(gpu::context().take_validation_messages(), Vec::<String>::new());
 }
 
-/// Known poses of Khronos' samples, where they are at hand.
+/// Known poses of Khronos' samples, where the files are present.
 #[test]
 fn khronos_samples_take_their_known_poses() {
     let Some(folder) = std::env::var_os("TWOBOUNCE_GLTF_SAMPLES") else {
@@ -360,7 +363,8 @@ fn khronos_samples_take_their_known_poses() {
         let path = Path::new(&folder).join(format!("{name}/glTF/{name}.gltf"));
         Scene::load(&path, &LoadOptions::default()).expect("a sample")
     };
-    // SimpleMorph: weights (0,0), (0,1), (1,1), (1,0), (0,0) at 0 to 4 s; the targets move the top by (−1,1,0) and (1,1,0).
+    // SimpleMorph: weights (0,0), (0,1), (1,1), (1,0), (0,0) at 0 to 4 s; the targets move the top by (−1,1,0) and
+    // (1,1,0).
     let morph = load("SimpleMorph");
     for (time, [a, b]) in
         [(0.0, [0.0, 0.0]), (1.0, [0.0, 1.0]), (1.5, [0.5, 1.0]), (2.0, [1.0, 1.0]), (3.0, [1.0, 0.0])]

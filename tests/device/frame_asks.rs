@@ -1,5 +1,5 @@
-//! A frame does no work that its scene does not ask for: no pass of nothing, no bytes that no pass uses, no pipeline that no pass
-//! runs, and no pass for what the scene does not have.
+//! A frame contains only what its scene needs: no empty pass, no bytes or pipelines that no pass uses, and no pass for
+//! features that the scene lacks.
 
 use crate::gpu;
 use crate::kinds;
@@ -16,7 +16,7 @@ fn audit(scene: &Scene, settings: &Settings) -> Audit {
     let (pose, bounds) = (scene.pose(None, 0.0), scene.bounds(None));
     let view = if scene.cameras.is_empty() { View::framing(bounds) } else { scene.view(&pose, 0) };
     let options = RenderOptions::new((16, 16), bounds);
-    let audit = Audit::of(&context, Still::new(scene, &pose, &view), settings, options).unwrap();
+    let audit = Audit::of_frame(&context, Still::new(scene, &pose, &view), settings, options).unwrap();
     gpu::assert_clean(&context);
     audit
 }
@@ -33,7 +33,7 @@ fn nothing_runs_or_is_taken_that_nothing_asks_for() {
     let presets = PRESETS.iter().map(|preset| (preset.name, vec![]));
     let others =
         [("fast", vec!["method=none"]), ("fast", vec!["bounces=1"]), ("fast", vec!["bounces=all", "rays.passes=0"])];
-    // Of 14.
+    // Of 14 entries.
     for (preset, changes) in more::every(3, presets.chain(others)) {
         let audit = audit(&scene, &settings(preset, &changes));
         let superfluous = audit.superfluous();
@@ -41,7 +41,7 @@ fn nothing_runs_or_is_taken_that_nothing_asks_for() {
     }
 }
 
-/// Each thing added to a scene adds what it needs to the frame, and nothing else: no passes, and bytes of its own kind.
+/// Each object added to a scene adds only what it needs to the frame: its own passes, and bytes of its own kind.
 #[test]
 fn what_a_scene_has_adds_what_it_asks_for() {
     const THING: [&str; 12] = [
@@ -71,7 +71,7 @@ fn what_a_scene_has_adds_what_it_asks_for() {
             other => panic!("{other} is not known here"),
         }
     };
-    // None where there is no such resource.
+    // 0 where the resource does not exist.
     let bytes = |audit: &Audit, name: &str| audit.resources.iter().find(|other| other.name == name).map(|r| r.bytes);
     let plain = asset("cornell-point.glb");
     let before = audit(&plain, &settings("fast", &[]));
@@ -96,13 +96,13 @@ fn what_a_scene_has_adds_what_it_asks_for() {
         for name in own(&scene.name) {
             assert!(bytes(&audit, name) > bytes(&before, name), "{}: {name} is as before", scene.name);
         }
-        // Blended surfaces are seen, listed, sorted and shaded by pipelines of their own.
+        // Blended surfaces are drawn, listed, sorted and shaded by pipelines of their own.
         let pipelines = before.used.len() + if scene.name == "blending" { 4 } else { 0 };
         assert_eq!(audit.used.len(), pipelines, "{}: {:?}", scene.name, audit.used.difference(&before.used));
     }
 }
 
-/// Skins and morph targets: their pass, and nothing that no pass uses.
+/// Skins and morph targets add their pass, and nothing that no pass uses.
 #[test]
 fn a_scene_that_deforms_has_one_pass_more() {
     let demo = asset("demo.glb");
@@ -116,7 +116,7 @@ fn a_scene_that_deforms_has_one_pass_more() {
     assert!(still.passes.iter().all(|pass| pass.name != "deform"));
 }
 
-/// A scene without lamps, skins, blending and sky has nothing of theirs.
+/// A scene without lamps, skins, blending and sky has none of their passes and resources.
 #[test]
 fn a_plain_box_has_the_passes_of_a_plain_box() {
     let plain = audit(&asset("cornell-point.glb"), &settings("fast", &[]));
@@ -127,7 +127,7 @@ fn a_plain_box_has_the_passes_of_a_plain_box() {
         "tree",
         "voxelise",
         "cells",
-        "alike",
+        "group",
         "ask",
         "split",
         "shade 1",

@@ -1,5 +1,5 @@
-//! A frame's parts as a host uses them: several frames in flight in the host's own command buffers, changes that make anew only
-//! what depends on them.
+//! A frame's parts as a host uses them: several frames in flight in the host's own command buffers, and changes that
+//! rebuild only what depends on them.
 
 use crate::gpu;
 use crate::vk_common;
@@ -7,7 +7,7 @@ use crate::vk_common;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
-use twobounce::frame::{Frame, FrameDesc, Seen};
+use twobounce::frame::{Frame, FrameDesc, Shot};
 use twobounce::ground::image::target::Readback;
 use twobounce::ground::scene_on_gpu::ScenePacked;
 use twobounce::renderer::{RenderOptions, Renderer};
@@ -18,7 +18,7 @@ use vk_common::Host;
 
 const SIZE: (u32, u32) = (24, 16);
 
-/// Whether the next frame makes (lists, light) anew.
+/// Whether the next frame rebuilds (lists, light).
 fn made_anew(renderer: &mut Renderer, pose: &Pose, view: &View) -> (bool, bool) {
     let zones = renderer.render(pose, view).expect("a frame").timings.zones;
     let has = |name: &str| zones.iter().any(|zone| zone.name.starts_with(name));
@@ -83,7 +83,7 @@ fn a_host_keeps_two_frames_in_flight_in_its_own_command_buffers() {
         };
         let packed = Arc::new(ScenePacked::new(&scene, &pose).upload(&context).expect("an upload"));
         let mut frame = Frame::new(&context, &desc, &packed).expect("it fits");
-        let commands = [0, 1].map(|_| vk_common::Frame::new(&host));
+        let commands = [0, 1].map(|_| vk_common::HostFrame::new(&host));
         let mut slots = [0, 1].map(|_| Slot::new(&context, SlotOptions::default()).expect("a slot"));
         let readbacks = [0, 1]
             .map(|_| Readback::new(&context, frame.target.size(), frame.target.shape().outputs).expect("a readback"));
@@ -99,7 +99,7 @@ fn a_host_keeps_two_frames_in_flight_in_its_own_command_buffers() {
             // SAFETY: the buffer is recording and the slot's last frame was waited for.
             unsafe {
                 Recorder::on(&context, commands[slot].commands, &mut slots[slot], |recorder| {
-                    frame.record(recorder, slot, &Seen { scene: &scene, pose: &pose, view, image: Some(0) });
+                    frame.record(recorder, slot, &Shot { scene: &scene, pose: &pose, view, image: Some(0) });
                     readbacks[slot].record(recorder, &frame.target);
                 });
             }
@@ -114,7 +114,7 @@ fn a_host_keeps_two_frames_in_flight_in_its_own_command_buffers() {
     assert_eq!(host.take_messages(), Vec::<String>::new());
     drop(context);
     host.close();
-    // Each is what a renderer of its own makes, frame by frame.
+    // Each image equals that of a renderer of its own, frame by frame.
     let context = gpu::context();
     let mut renderer = renderer(&context, &scene, &settings(), SIZE);
     for (i, view) in views.iter().enumerate() {
@@ -134,13 +134,13 @@ fn growth_that_fails_halfway_leaves_a_frame_that_draws() {
     let readback = Readback::new(&context, size, 1).expect("a readback");
     let draw = |frame: &mut Frame| {
         let mut recorder = Recorder::new(&context, RecorderOptions::default()).expect("a recorder");
-        frame.record(&mut recorder, 0, &Seen::new(&scene, &pose, &view));
+        frame.record(&mut recorder, 0, &Shot::new(&scene, &pose, &view));
         readback.record(&mut recorder, &frame.target);
         recorder.finish().expect("a frame");
         bits(readback.read(&[]).beauty())
     };
     let whole = draw(&mut frame);
-    // The triangles get new buffers; the items ask for more than any device binds.
+    // The triangles get new buffers; the items need more than any device binds.
     let before = frame.counts().clone();
     let mut counts = before.clone();
     counts.triangle_capacity *= 100;
@@ -151,9 +151,9 @@ fn growth_that_fails_halfway_leaves_a_frame_that_draws() {
     gpu::assert_clean(&context);
 }
 
-/// The timestamps of work whose parts are submissions of their own hold nearly all of the time that it takes as seen from outside: the
-/// host's submissions and waits take the rest, a fifth here where nothing else runs. Other tests run beside: so the device is opened
-/// once more, with a queue of its own, and the best of up to ten frames counts.
+/// Timestamps of work that is submitted in parts cover nearly all of its wall-clock time: the host's submissions and
+/// waits take the rest, a fifth here where nothing else runs. Because other tests run at the same time, the device is
+/// opened once more, with a queue of its own, and the best of up to ten frames counts.
 #[test]
 fn device_time_is_nearly_all_of_a_frame_that_is_cut_into_parts() {
     let (context, scene) = (gpu::own_context(), room());
@@ -161,7 +161,7 @@ fn device_time_is_nearly_all_of_a_frame_that_is_cut_into_parts() {
     let (pose, view) = (scene.pose(None, 0.0), from(DVec3::new(3.5, 2.0, 3.4)));
     let options = RenderOptions { responsive: true, ..RenderOptions::new((192, 144), scene.bounds(None)) };
     let mut renderer = Renderer::new(&context, scene, &pose, settings, options).expect("it fits");
-    // The first frame learns how long its parts take.
+    // The first frame learns the times of its parts.
     renderer.render(&pose, &view).expect("a frame");
     let mut share = || {
         renderer.make_anew();
@@ -228,7 +228,7 @@ fn what_changes_is_as_if_made_new() {
     let view = from(DVec3::new(3.5, 2.0, 3.4));
     let mut kept = renderer(&context, &scene, &settings(), SIZE);
     let mut shown = image(&mut kept, &pose, &view);
-    // Settings and sizes.
+    // Changes of settings and sizes.
     let mut changes: Vec<(Vec<&str>, (u32, u32))> = vec![(vec![], (40, 24))];
     let sets: [&[&str]; 8] = [
         &["image.samples=4"],
@@ -249,10 +249,10 @@ fn what_changes_is_as_if_made_new() {
         assert!(found != shown, "{set:?} does not show");
         shown = found;
     }
-    // The scene: a light, the sky, a material, a lamp's light, vertices.
+    // Changes of the scene: a light, the sky, a material, a lamp's light, vertices.
     kept.change(settings(), SIZE).expect("it fits");
     let mut scene = room();
-    // The room is closed: its sky does not show.
+    // The room is closed: its sky is not visible.
     type Edit = (&'static str, fn(&mut Scene), &'static [usize]);
     let edits: [Edit; 6] = [
         ("light", |s| s.lights[0].intensity *= 2.0, &[]),

@@ -1,4 +1,4 @@
-//! Cones, and how wide roughness makes them: GLSL functions of `glsl/gi/cones` against their twins.
+//! Cones, and the map from roughness to their width: GLSL functions of `glsl/gi/cones` against their twins.
 
 use crate::gpu;
 
@@ -11,7 +11,7 @@ use std::f32::consts::FRAC_1_SQRT_2;
 use twobounce::gi::cones::choices::{ConeSet, Form, RoughnessFit, Weights};
 use twobounce::settings::Settings;
 
-/// Every choice that changes how a cone is traced, one at a time.
+/// Every setting that changes the tracing of a cone, one at a time.
 fn variants() -> Vec<Settings> {
     let right = settings();
     let mut variants = vec![right.clone(), Settings { voxels: EDGE, ..Settings::printed() }];
@@ -51,7 +51,7 @@ fn cones_see_what_their_twins_see() {
     for settings in variants() {
         let aperture = |i: usize| apertures[i % apertures.len()];
         let inputs: Vec<_> = (0..rays.len())
-            .map(|i| Arguments::of(rays[i].0.extend(aperture(i)), rays[i].1.extend(1.5), Vec4::ZERO))
+            .map(|i| Arguments::of_vectors(rays[i].0.extend(aperture(i)), rays[i].1.extend(1.5), Vec4::ZERO))
             .collect();
         for (i, out) in gpu.evaluate(Function::TraceCone, &inputs, &settings).iter().enumerate() {
             let (origin, direction) = rays[i];
@@ -74,7 +74,8 @@ fn counted_steps_are_their_twins() {
     let volume = random_volume();
     let (plain, gpu) = (Gpu::new(&volume), Gpu::on(gpu::counting(), &volume));
     let rays = rays(400);
-    let inputs: Vec<_> = rays.iter().map(|(p, d)| Arguments::of(p.extend(0.1), d.extend(1.5), Vec4::ZERO)).collect();
+    let inputs: Vec<_> =
+        rays.iter().map(|(p, d)| Arguments::of_vectors(p.extend(0.1), d.extend(1.5), Vec4::ZERO)).collect();
     for settings in variants() {
         let (outputs, counts) = gpu.run(Function::TraceCone, &inputs, &settings);
         let steps: u64 = rays
@@ -85,12 +86,12 @@ fn counted_steps_are_their_twins() {
                 cone::trace_cone(&volume, &cone, &settings.of.cones).look_ups.len() as u64
             })
             .sum();
-        // A cone whose last step lies within rounding of its end may take it or not: two cones of the 400.
+        // Where a cone's last step lies within rounding of its end, either result is right: two cones of the 400.
         assert!(counts.cone_steps.abs_diff(steps) <= 2, "{} steps are not {steps}", counts.cone_steps);
-        // Every step looks at three faces of one or two levels.
+        // Every step reads three faces of one or two levels.
         assert!((24 * counts.cone_steps..=48 * counts.cone_steps).contains(&counts.volume_texels), "{counts:?}");
         assert_eq!(counts.shadow_steps, 0);
-        // Counting changes nothing.
+        // Counting changes no result.
         for (counted, plain) in outputs.iter().zip(plain.evaluate(Function::TraceCone, &inputs, &settings)) {
             assert_eq!(counted.0.map(|v| v.map(f32::to_bits)), plain.0.map(|v| v.map(f32::to_bits)));
         }
@@ -109,7 +110,7 @@ fn shadow_cones_dim_as_their_twins_do() {
         };
         let aperture = |i: usize| [0.0, 0.0875, 0.3][i % 3];
         let inputs: Vec<_> = (0..rays.len())
-            .map(|i| Arguments::of(rays[i].0.extend(aperture(i)), to(i).extend(0.0), Vec4::ZERO))
+            .map(|i| Arguments::of_vectors(rays[i].0.extend(aperture(i)), to(i).extend(0.0), Vec4::ZERO))
             .collect();
         for (i, out) in gpu.evaluate(Function::TraceShadowCone, &inputs, &settings).iter().enumerate() {
             let (from, to) = (rays[i].0 / EDGE as f32, to(i) / EDGE as f32);
@@ -138,13 +139,13 @@ fn jitter(seed: [u32; 4]) -> f32 {
 fn printed_shadow_cones_start_at_random_shares_of_a_step() {
     let volume = random_volume();
     let gpu = Gpu::new(&volume);
-    // Far enough inside for a start off the surface to be inside, too.
+    // Far enough inside that a start off the surface is inside, too.
     let (rays, edge): (Vec<_>, _) = (rays(200).iter().map(|(p, n)| (0.5 * *p + 4.0, *n)).collect(), EDGE as f32);
     for settings in [Settings::printed(), Settings::corrected()] {
         let settings = Settings { voxels: EDGE, ..settings };
         let own = &settings.of.cones;
         let to = |i: usize| rays[(i + 1) % rays.len()].0;
-        let input = |i: usize| Arguments::of(rays[i].0.extend(0.0), to(i).extend(0.0), rays[i].1.extend(0.0));
+        let input = |i: usize| Arguments::of_vectors(rays[i].0.extend(0.0), to(i).extend(0.0), rays[i].1.extend(0.0));
         let inputs: Vec<_> = (0..rays.len()).map(input).collect();
         let (mut moved, mut mean) = (0, 0.0);
         for (i, out) in gpu.evaluate(Function::MethodShadow, &inputs, &settings).iter().enumerate() {
@@ -170,14 +171,15 @@ fn gathers_are_their_twins() {
     let volume = random_volume();
     let gpu = Gpu::new(&volume);
     let rays = rays(200);
-    let inputs: Vec<_> = rays.iter().map(|(p, n)| Arguments::of(p.extend(0.0), n.extend(0.0), Vec4::ZERO)).collect();
+    let inputs: Vec<_> =
+        rays.iter().map(|(p, n)| Arguments::of_vectors(p.extend(0.0), n.extend(0.0), Vec4::ZERO)).collect();
     for settings in variants() {
         for (i, out) in gpu.evaluate(Function::GatherDiffuse, &inputs, &settings).iter().enumerate() {
             let (point, normal) = rays[i];
             // The printed frame jumps where |n.y| = |n.z|; rounding may take either side.
             let sky = 4.0 * Vec3::new(0.25, 0.5, 1.0);
             let expected = cone::gather_diffuse(&volume, point / EDGE as f32, normal, sky, &settings.of.cones);
-            // As above; the sky is as bright as 4.
+            // As above; the sky has a radiance of 4.
             close(
                 out.vec4(0),
                 expected.radiance.extend(expected.open),
@@ -190,7 +192,8 @@ fn gathers_are_their_twins() {
 
 #[test]
 fn the_offset_moves_the_look_ups_and_not_their_width() {
-    // Every level's texels say which level they are, and that they were looked at; level 3's also how high they lie.
+    // Every level's texels hold the number of their level and the fact that they were read; level 3's also their
+    // height.
     let level = |l: u32| -> Level {
         let edge = 128 >> l;
         let height = |i: u32| if l == 3 { (8 * (i / edge % edge) + 4) as f32 } else { 0.0 };
@@ -199,12 +202,12 @@ fn the_offset_moves_the_look_ups_and_not_their_width() {
     };
     let volume = Volume::new((0..=7).map(level).collect());
     let settings = Settings { voxels: 128, ..Settings::printed() };
-    let input = Arguments::of(Vec4::new(64.0, 40.0, 64.0, 0.0), Vec4::Y, Vec4::ZERO);
+    let input = Arguments::of_vectors(Vec4::new(64.0, 40.0, 64.0, 0.0), Vec4::Y, Vec4::ZERO);
     let gpu = Gpu::new(&volume).evaluate(Function::GatherDiffuse, &[input], &settings)[0].vec3(0);
     let twin =
         cone::gather_diffuse(&volume, Vec3::new(0.5, 40.0 / 128.0, 0.5), Vec3::Y, Vec3::ZERO, &settings.of.cones);
-    // By hand: diameters of 8, 24, 72 and 216 voxels, of which 128 is the chain's last level; 1 + 4/√2 voxels up, and from
-    // there 2.72 along a cone that stands upright or leans by 45°.
+    // By hand: diameters of 8, 24, 72 and 216 voxels, of which 128 is the chain's last level; 1 + 4/√2 voxels up, and
+    // from there 2.72 along a cone that is vertical or inclined by 45°.
     let levels = 3.0 + 24f32.log2() + 72f32.log2() + 7.0;
     let height = 40.0 + 1.0 + 4.0 * FRAC_1_SQRT_2 + 2.72 * (0.28 + 0.72 * FRAC_1_SQRT_2);
     // A driver may round the share of a level to 8 bits.
@@ -218,7 +221,7 @@ fn roughness_fits_are_their_twins() {
     for fit in RoughnessFit::ALL {
         let settings = gpu::with(settings(), &[&format!("cones.roughness_fit={fit}")]);
         let inputs: Vec<_> =
-            (0..=100).map(|i| Arguments::of(Vec4::splat(i as f32 / 100.0), Vec4::ZERO, Vec4::ZERO)).collect();
+            (0..=100).map(|i| Arguments::of_vectors(Vec4::splat(i as f32 / 100.0), Vec4::ZERO, Vec4::ZERO)).collect();
         for (x, out) in inputs.iter().zip(gpu.evaluate(Function::RoughnessToAperture, &inputs, &settings)) {
             let expected = roughness_to_aperture(x.0[0][0], *fit);
             // acos of a number near 1 loses half the digits, and pow is exp2 of log2.
@@ -227,7 +230,8 @@ fn roughness_fits_are_their_twins() {
     }
 }
 
-/// The angle that holds half of GGX's lobe, seen along the normal: visible normals by their closed form, Smith's G1.
+/// The angle that holds half of GGX's lobe for a view along the normal: visible normals by their closed form, Smith's
+/// G1.
 fn half_of_the_lobe(alpha: f64) -> f64 {
     const COUNT: usize = 20_000;
     let parts: Vec<(f64, f64)> = (0..COUNT)
@@ -250,7 +254,7 @@ fn half_of_the_lobe(alpha: f64) -> f64 {
 fn the_ggx_fit_is_as_wide_as_the_lobe() {
     for i in 1..=50 {
         let roughness = f64::from(i) / 50.0;
-        // A Gaussian of standard deviation a, tangents over distance, has half of it within √(2 ln 2) a.
+        // A Gaussian of standard deviation a, in tangents, has half of its weight within √(2 ln 2) a.
         let expected = half_of_the_lobe(roughness * roughness).tan() / (2.0 * 2f64.ln()).sqrt();
         let fit = f64::from(roughness_to_aperture(roughness as f32, RoughnessFit::Ggx));
         // The fit's own residual.

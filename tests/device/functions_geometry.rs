@@ -1,4 +1,4 @@
-//! Directions, clipped and lit triangles, and the sums kept of them: GLSL functions of `glsl/common` against their twins.
+//! Directions, clipped and lit triangles, and their packed sums: GLSL functions of `glsl/common` against their twins.
 
 use crate::gpu;
 
@@ -22,7 +22,7 @@ fn directions_are_their_twins() {
 
         for set in ConeSet::ALL {
             let inputs: Vec<_> =
-                (0..16).map(|i| Arguments::of(Vec4::splat(i as f32), Vec4::ZERO, Vec4::ZERO)).collect();
+                (0..16).map(|i| Arguments::of_vectors(Vec4::splat(i as f32), Vec4::ZERO, Vec4::ZERO)).collect();
             let out =
                 gpu.evaluate(Function::ConeSet, &inputs, &gpu::with(settings.clone(), &[&format!("cones.set={set}")]));
             let cones = cone_set(*set, form, form);
@@ -33,7 +33,8 @@ fn directions_are_their_twins() {
             }
         }
 
-        let inputs: Vec<_> = directions.iter().map(|d| Arguments::of(d.extend(0.3), Vec4::ZERO, Vec4::ZERO)).collect();
+        let inputs: Vec<_> =
+            directions.iter().map(|d| Arguments::of_vectors(d.extend(0.3), Vec4::ZERO, Vec4::ZERO)).collect();
         let frames = gpu.evaluate(Function::TangentFrame, &inputs, &settings);
         let turns = gpu.evaluate(Function::JitterRotation, &inputs, &settings);
         for ((d, frame), turn) in directions.iter().zip(frames).zip(turns) {
@@ -47,7 +48,7 @@ fn directions_are_their_twins() {
         let settings = gpu::with(settings(), &[&format!("cones.weights={weights}")]);
         let origin = Vec3::new(3.0, 5.0, 7.0);
         let inputs: Vec<_> =
-            directions.iter().map(|d| Arguments::of(d.extend(0.0), origin.extend(0.0), Vec4::ZERO)).collect();
+            directions.iter().map(|d| Arguments::of_vectors(d.extend(0.0), origin.extend(0.0), Vec4::ZERO)).collect();
         for (d, out) in directions.iter().zip(gpu.evaluate(Function::WeightsAndExit, &inputs, &settings)) {
             if *weights != Weights::Extinction {
                 close(out.vec3(0).extend(0.0), cone::direction_weights(*d, *weights).extend(0.0), 1e-5, weights.name());
@@ -68,8 +69,9 @@ fn visible_normals_are_their_twins() {
             (v.with_z(v.z.abs().max(1e-3)).normalize(), alpha, Vec2::new(random.unit() as f32, random.unit() as f32))
         })
         .collect();
-    let arguments =
-        |(v, alpha, u): &(Vec3, f32, Vec2)| Arguments::of(v.extend(*alpha), u.extend(0.0).extend(0.0), Vec4::ZERO);
+    let arguments = |(v, alpha, u): &(Vec3, f32, Vec2)| {
+        Arguments::of_vectors(v.extend(*alpha), u.extend(0.0).extend(0.0), Vec4::ZERO)
+    };
     for ((v, alpha, u), out) in Gpu::new(&random_volume()).results(Function::VisibleNormal, &cases, arguments) {
         close(out.vec3(0).extend(0.0), visible_normal(*alpha, *v, *u).extend(0.0), 1e-3, &format!("{v} {alpha} {u}"));
         assert!(out.vec3(0).dot(*v) > -1e-4, "{v} does not see {out:?}");
@@ -82,8 +84,8 @@ fn visible_normals_are_their_twins() {
     }
 }
 
-/// Radiance that a GGX lobe with separable Smith masking mirrors of even light of 1 towards a direction with that
-/// cosine: by half vectors that are distributed as its microfacets are.
+/// Radiance that a GGX lobe with separable Smith masking reflects of a uniform radiance of 1 towards a direction with
+/// that cosine: by half vectors that are distributed as its microfacets are.
 fn mirrored_of_even_light(f0: f64, f90: f64, alpha: f64, cosine: f64) -> f64 {
     const SIDE: u32 = 160;
     let view = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
@@ -112,7 +114,7 @@ fn specular_albedo_is_the_share_of_even_light_that_is_mirrored() {
         .flat_map(|(f0, r)| (0..10).map(move |c| (f0, r, 0.05 + 0.1 * c as f32)))
         .collect();
     let arguments = |&(f0, r, cosine): &(f32, f32, f32)| {
-        Arguments::of(Vec3::splat(f0).extend(1.0), Vec4::new(r, cosine, 0.0, 0.0), Vec4::ZERO)
+        Arguments::of_vectors(Vec3::splat(f0).extend(1.0), Vec4::new(r, cosine, 0.0, 0.0), Vec4::ZERO)
     };
     let (mut squares, mut weights) = (0.0, 0.0);
     for ((f0, r, cosine), out) in Gpu::new(&random_volume()).results(Function::SpecularAlbedo, &cases, arguments) {
@@ -123,7 +125,7 @@ fn specular_albedo_is_the_share_of_even_light_that_is_mirrored() {
         assert!(off.abs() < most, "f0 {f0}, roughness {r}, cosine {cosine}: off by {off}");
         (squares, weights) = (squares + cosine * off * off, weights + cosine);
     }
-    // Over a sphere as it is seen.
+    // Over a sphere as the surface sees it.
     assert!((squares / weights).sqrt() < 0.007, "{}", (squares / weights).sqrt());
 }
 
@@ -144,7 +146,7 @@ fn kept_lobes_are_ggx_of_what_few_bits_keep() {
         })
         .collect();
     let arguments = |&(light, rise, toward, alpha, o): &(Vec3, f32, Vec3, f32, Vec3)| {
-        Arguments::of(light.extend(rise), toward.extend(alpha), o.extend(0.0))
+        Arguments::of_vectors(light.extend(rise), toward.extend(alpha), o.extend(0.0))
     };
     for ((light, rise, toward, alpha, o), out) in
         Gpu::new(&random_volume()).results(Function::ItemLobe, &cases, arguments)
@@ -160,7 +162,7 @@ fn kept_lobes_are_ggx_of_what_few_bits_keep() {
             coming.truncate().distance(*toward) < 4e-3 && (coming.w - alpha).abs() <= 0.51 / 511.0,
             "{toward}: {coming}"
         );
-        // GGX with Smith's masking and Schlick's Fresnel (glTF 2.0, appendix B), in f64, of what was kept.
+        // GGX with Smith's masking and Schlick's Fresnel (glTF 2.0, appendix B), in f64, of the packed values.
         let (l, o) = (coming.truncate().as_dvec3(), o.as_dvec3());
         let (h, a2) = ((l + o).normalize(), f64::from(coming.w).powi(2));
         let d = a2 / (std::f64::consts::PI * (h.z * h.z * (a2 - 1.0) + 1.0).powi(2));
@@ -183,12 +185,12 @@ fn refraction_is_its_twin_and_never_nan() {
     let arguments = |&(incident, normal, ior): &(Vec3, Vec3, f32)| {
         let back = incident.dot(normal) > 0.0;
         let met = if back { -normal } else { normal };
-        Arguments::of(incident.extend(ior), met.extend(f32::from(u8::from(back))), Vec4::ZERO)
+        Arguments::of_vectors(incident.extend(ior), met.extend(f32::from(u8::from(back))), Vec4::ZERO)
     };
     let results = Gpu::new(&random_volume()).results(Function::RefractionDirection, &cases, arguments);
     for ((incident, normal, ior), out) in results {
         let expected = refraction_direction(*incident, *normal, *ior, Form::Right);
-        // Near the critical angle the refracted direction goes with the square root of f32's rounding.
+        // Near the critical angle the refracted direction's error is the square root of f32's rounding.
         assert!((out.vec3(0) - expected).length() < 1e-3, "{incident} {normal} {ior}: {out:?} is not {expected}");
     }
 }
@@ -203,7 +205,8 @@ fn clipping_is_exact_where_it_matters() {
         triangles.push([corner(), corner(), corner()]);
     }
     let center = 7.5f32;
-    let arguments = |t: &[Vec3; 3]| Arguments::of(t[0].extend(center), t[1].extend(center), t[2].extend(center));
+    let arguments =
+        |t: &[Vec3; 3]| Arguments::of_vectors(t[0].extend(center), t[1].extend(center), t[2].extend(center));
     let mut touched = 0;
     for (t, out) in Gpu::new(&random_volume()).results(Function::ClipToVoxel, &triangles, arguments) {
         let clip = |by: f64| Polygon::clipped(&t.map(|p| p.as_dvec3()), DVec3::splat(7.0 - by), DVec3::splat(8.0 + by));
@@ -236,7 +239,8 @@ fn a_triangle_in_a_face_s_plane_belongs_half_to_each_voxel() {
         triangles.push([corner(), corner(), corner()]);
     }
     let center = 7.5f32;
-    let arguments = |t: &[Vec3; 3]| Arguments::of(t[0].extend(center), t[1].extend(center), t[2].extend(center));
+    let arguments =
+        |t: &[Vec3; 3]| Arguments::of_vectors(t[0].extend(center), t[1].extend(center), t[2].extend(center));
     let mut filled = 0;
     for (t, out) in Gpu::new(&random_volume()).results(Function::ClipToVoxel, &triangles, arguments) {
         let polygon = Polygon::clipped(&t.map(|p| p.as_dvec3()), DVec3::splat(7.0), DVec3::splat(8.0));
@@ -258,7 +262,7 @@ fn fixed_sums_know_no_order_and_lose_nothing_that_counts() {
     let mut term = || Vec4::from_array(std::array::from_fn(|_| (random.unit() * 39.0 - 24.0).exp2() as f32));
     let terms: Vec<[Vec4; 3]> = (0..500).map(|_| [term(), term(), term()]).collect();
     let ordered = |order: [usize; 3]| {
-        gpu.results(Function::FixedSum, &terms, move |t| Arguments::of(t[order[0]], t[order[1]], t[order[2]]))
+        gpu.results(Function::FixedSum, &terms, move |t| Arguments::of_vectors(t[order[0]], t[order[1]], t[order[2]]))
     };
     for ((t, sum), (_, again)) in ordered([0, 1, 2]).into_iter().zip(ordered([2, 0, 1])) {
         assert_eq!(sum.0, again.0);
@@ -283,7 +287,7 @@ fn a_triangle_lights_as_much_as_its_points_do() {
         .collect();
     let arguments = |([a, b, c], n): &([DVec3; 3], DVec3)| {
         let with = |p: &DVec3, w: f64| p.as_vec3().extend(w as f32);
-        Arguments::of(with(a, n.x), with(b, n.y), with(c, n.z))
+        Arguments::of_vectors(with(a, n.x), with(b, n.y), with(c, n.z))
     };
     let mut crossing = 0;
     let results = Gpu::new(&random_volume()).results(Function::TriangleIrradiance, &triangles, arguments);
@@ -292,7 +296,7 @@ fn a_triangle_lights_as_much_as_its_points_do() {
         let found = f64::from(out.vec4(0).x);
         let above = triangle.iter().filter(|p| p.dot(*normal) > 0.0).count();
         crossing += u32::from(above == 1 || above == 2);
-        // f32, whose rounding grows with the size; 10⁻⁶ is the smallest that matters beside a hemisphere's π.
+        // f32's rounding, which grows with the size; errors below 10⁻⁶ are negligible beside a hemisphere's π.
         let tolerance = 2e-3 * expected.abs() + 1e-5;
         assert!((found - expected).abs() < tolerance, "{triangle:?}, {normal}: {found} is not {expected}");
     }
@@ -310,7 +314,7 @@ fn neighbours_in_a_square_share_all_directions() {
         {
             let at = |i: i32| (corner + u * (i % side) + v * (i / side)).as_vec3().extend(0.0);
             let inputs: Vec<Arguments> =
-                (0..side * side).map(|i| Arguments::of(at(i), Vec4::ZERO, Vec4::ZERO)).collect();
+                (0..side * side).map(|i| Arguments::of_vectors(at(i), Vec4::ZERO, Vec4::ZERO)).collect();
             let found = Gpu::new(&random_volume()).evaluate(Function::InterleavedShift, &inputs, &settings);
             let mut seen: Vec<Vec2> = found.iter().map(|out| out.vec4(0).truncate().truncate()).collect();
             seen.sort_by(|a, b| a.x.total_cmp(&b.x));
@@ -323,13 +327,14 @@ fn neighbours_in_a_square_share_all_directions() {
     }
 }
 
-/// The share of light from all around that Fresnel's reflection at the half vector leaves, summed over a grid of
-/// directions with equal shares of it. The tolerance pays for the shader's polynomial (1e-5) and for the grid.
+/// The share of uniform light that Fresnel's reflection at the half vector leaves, summed over a grid of directions of
+/// equal shares. The tolerance covers the shader's polynomial (1e-5) and the grid.
 #[test]
 fn diffuse_share_is_the_mean_of_what_fresnel_leaves() {
     const GRID: usize = 400;
     let cases: Vec<(f32, f32)> = (1..=20).flat_map(|k| [(k as f32 / 20.0, 0.04), (k as f32 / 20.0, 0.5)]).collect();
-    let arguments = |(nv, f0): &(f32, f32)| Arguments::of(Vec4::splat(*nv), Vec3::splat(*f0).extend(1.0), Vec4::ZERO);
+    let arguments =
+        |(nv, f0): &(f32, f32)| Arguments::of_vectors(Vec4::splat(*nv), Vec3::splat(*f0).extend(1.0), Vec4::ZERO);
     for ((nv, f0), out) in Gpu::new(&random_volume()).results(Function::DiffuseShare, &cases, arguments) {
         let (nv, f0) = (f64::from(*nv), f64::from(*f0));
         let v = DVec3::new((1.0 - nv * nv).sqrt(), 0.0, nv);

@@ -1,9 +1,9 @@
-//! The formulas of the method `photons` on the GPU: that each is right, and that what the notes print in its place is not.
+//! The formulas of the method `photons` on the GPU: each is right, and the printed form of the notes is not.
 
 use std::f32::consts::PI;
 
 use crate::gpu::twins::octahedron;
-use crate::photons::{Arguments, EDGE, Function, Gpu, settings};
+use crate::photons::{Arguments, EDGE, Function, PhotonGpu, settings};
 use crate::scenes::Random;
 use glam::{IVec2, Vec2, Vec3, Vec4};
 
@@ -18,10 +18,12 @@ fn directions(count: usize) -> Vec<Vec3> {
 /// Middle, solid angle, and mean cosine to a normal.
 type Texel = (Vec3, f32, f32);
 
-/// For every normal the sixteen texels, and the sum of what they send.
-fn texels(gpu: &Gpu, normals: &[Vec3]) -> Vec<(Vec<Texel>, f32)> {
-    let inputs: Vec<_> =
-        normals.iter().flat_map(|n| (0..TEXELS).map(|t| Arguments::of(n.extend(t as f32), Vec4::ZERO))).collect();
+/// For every normal the sixteen texels, and the sum of their shares.
+fn texels(gpu: &PhotonGpu, normals: &[Vec3]) -> Vec<(Vec<Texel>, f32)> {
+    let inputs: Vec<_> = normals
+        .iter()
+        .flat_map(|n| (0..TEXELS).map(|t| Arguments::of_vectors(n.extend(t as f32), Vec4::ZERO)))
+        .collect();
     let found = gpu.evaluate(Function::Texel, &inputs, &settings(&[]));
     let of = |one: &[Arguments]| {
         let texels = one.iter().map(|y| (y.a().truncate(), y.a().w, y.b().x)).collect();
@@ -32,11 +34,13 @@ fn texels(gpu: &Gpu, normals: &[Vec3]) -> Vec<(Vec<Texel>, f32)> {
 
 #[test]
 fn places_and_directions_are_inverse_and_the_twins() {
-    let gpu = Gpu::new();
+    let gpu = PhotonGpu::new();
     let directions = directions(200);
     let inputs: Vec<_> = directions
         .iter()
-        .map(|d| Arguments::of(d.extend(0.0), (octahedron::place(d.as_dvec3())).as_vec2().extend(0.0).extend(0.0)))
+        .map(|d| {
+            Arguments::of_vectors(d.extend(0.0), (octahedron::place(d.as_dvec3())).as_vec2().extend(0.0).extend(0.0))
+        })
         .collect();
     for (d, y) in directions.iter().zip(gpu.evaluate(Function::Octahedron, &inputs, &settings(&[]))) {
         let place = octahedron::place(d.as_dvec3()).as_vec2();
@@ -49,18 +53,18 @@ fn places_and_directions_are_inverse_and_the_twins() {
 
 #[test]
 fn every_triangle_sends_all_of_its_light_and_centres_lose_it() {
-    let gpu = Gpu::new();
+    let gpu = PhotonGpu::new();
     let normals = directions(100);
     let mut centres = (f32::MAX, 0.0_f32);
     for (n, (texels, total)) in normals.iter().zip(texels(&gpu, &normals)) {
         let sum: f32 = texels.iter().map(|(_, angle, cosine)| angle * cosine).sum();
         // The closed sum over mirror images is the sum over texels: f32's rounding over 64 terms.
         assert!((sum / total - 1.0).abs() < 1e-5, "{n}: {sum} is not {total}");
-        // Stored light is divided by this sum: before that the quarters' means are off by this.
+        // Stored light is divided by this sum; without the division the error is that of the quarters' means.
         assert!((sum / PI - 1.0).abs() < 0.023, "{n}: {sum}");
         for (t, (middle, angle, cosine)) in texels.iter().enumerate() {
             let (mean, exact) = octahedron::texel(t, n.as_dvec3());
-            // Four middles of quarters stand for the texel.
+            // Four middles of quarters represent the texel.
             assert!((f64::from(*cosine) - mean).abs() < 0.032, "{n}, texel {t}: {cosine} is not {mean}");
             assert!((f64::from(*angle) - exact).abs() < 1e-3, "texel {t}: {angle} is not {exact}");
             assert!(middle.is_normalized());
@@ -70,14 +74,14 @@ fn every_triangle_sends_all_of_its_light_and_centres_lose_it() {
         let printed: f32 = in_front.map(|(_, angle, cosine)| angle * cosine).sum::<f32>() / PI;
         centres = (centres.0.min(printed), centres.1.max(printed));
     }
-    // Towards ±z four texels are all that faces it: a fifth is lost and more; towards ±x and ±y nothing is.
+    // Towards ±z only four texels face the normal: a fifth is lost and more; towards ±x and ±y nothing is.
     assert!(centres.0 < 0.8 && centres.1 > 0.97, "centres send {centres:?} of the light");
 }
 
-/// The map is unfolded about z: of the cube's 48 symmetries it keeps the 16 that leave z an axis.
+/// The map is unfolded about z: of the cube's 48 symmetries it keeps the 16 that keep the z axis.
 #[test]
 fn texels_have_the_symmetries_of_z() {
-    let gpu = Gpu::new();
+    let gpu = PhotonGpu::new();
     let normals = directions(20);
     let sorted = |n: Vec3| {
         let (texels, _) = texels(&gpu, &[n]).remove(0);
@@ -99,11 +103,11 @@ fn texels_have_the_symmetries_of_z() {
     assert!(differ, "x and z are alike too: say so in docs");
 }
 
-/// A cone finds what is sent towards its apex: in a fog whose every direction has a light of its own, all that it sees is the
-/// map's light at minus its axis. No two texels are alike, so that no other order of them passes.
+/// A cone finds the light that is sent towards its apex: in a fog with different light in every direction it sees
+/// exactly the map's light at minus its axis. No two texels are equal, so no other order of them passes.
 #[test]
 fn a_cone_looks_up_the_direction_back_to_its_apex() {
-    let gpu = Gpu::new();
+    let gpu = PhotonGpu::new();
     let light = |texel: u32| texel as f32 / 16.0 + if texel.is_multiple_of(3) { 1.0 } else { 0.0 };
     gpu.fill_directions(|_, _, texel| (Vec4::new(light(texel), 0.0, 0.0, 1.0), Vec4::ONE));
     for d in directions(40) {
@@ -119,7 +123,8 @@ fn a_cone_looks_up_the_direction_back_to_its_apex() {
             expected += weight.x * weight.y * light((4 * y + x) as u32);
         }
         let [found, open, _] = gpu.trace(Vec3::splat(8.0), d, 0.1, &settings(&[]));
-        // Samplers may weigh equal texels of a filter by fractions of 1/256, whose sum is 1: rounding of f32 and f16 is left.
+        // A sampler may weigh equal texels by fractions of 1/256, whose sum is 1: only rounding of f32 and f16 remains.
+        // left.
         assert!((found - expected).abs() < 2e-3 && open == 0.0, "{d}: {found} is not {expected}, {open} open");
     }
 }
@@ -127,14 +132,14 @@ fn a_cone_looks_up_the_direction_back_to_its_apex() {
 /// A value on the map's border, reconstructed from both sides of its fold.
 #[test]
 fn folding_joins_the_border_and_repeating_does_not() {
-    let gpu = Gpu::new();
+    let gpu = PhotonGpu::new();
     let mut random = Random::new(3);
     let map: Vec<f32> = (0..TEXELS).map(|_| random.unit() as f32).collect();
     let value = |place: Vec2, fold: bool| -> f32 {
         let corner = (place - 0.5).floor();
         let part = place - 0.5 - corner;
         let neighbours = [IVec2::ZERO, IVec2::X, IVec2::Y, IVec2::ONE].map(|k| corner.as_ivec2() + k);
-        let inputs = neighbours.map(|t| Arguments::of(Vec4::new(t.x as f32, t.y as f32, 0.0, 0.0), Vec4::ZERO));
+        let inputs = neighbours.map(|t| Arguments::of_vectors(Vec4::new(t.x as f32, t.y as f32, 0.0, 0.0), Vec4::ZERO));
         let folded = gpu.evaluate(Function::Folded, &inputs, &settings(&[]));
         let weights =
             [(1.0 - part.x) * (1.0 - part.y), part.x * (1.0 - part.y), (1.0 - part.x) * part.y, part.x * part.y];
@@ -158,12 +163,13 @@ fn folding_joins_the_border_and_repeating_does_not() {
 
 #[test]
 fn spheres_are_bounded_and_the_printed_recursion_ends_or_stands_still() {
-    let gpu = Gpu::new();
+    let gpu = PhotonGpu::new();
     let own = settings(&[]).of.photons;
     let ratios = [0.0, 0.01, 0.3, 0.5, 0.99, 1.0, 1.7, 100.0, 1e6];
     let heights = [0.0, 0.01, 1.0, 7.0, 100.0];
     let cases: Vec<_> = ratios.iter().flat_map(|r| heights.map(|h| (h, *r))).collect();
-    let inputs: Vec<_> = cases.iter().map(|(h, r)| Arguments::of(Vec4::new(1.0, *h, *r, 0.0), Vec4::ZERO)).collect();
+    let inputs: Vec<_> =
+        cases.iter().map(|(h, r)| Arguments::of_vectors(Vec4::new(1.0, *h, *r, 0.0), Vec4::ZERO)).collect();
     let of = |changes: &[&str]| gpu.evaluate(Function::Spheres, &inputs, &settings(changes));
     let right = of(&[]);
     let steps = of(&["photons.ledger.steps=printed"]);
@@ -174,7 +180,7 @@ fn spheres_are_bounded_and_the_printed_recursion_ends_or_stands_still() {
         let [middle, extent, after, after_extent] = right[i].0[1];
         for (front, middle, extent) in [(height, middle, extent), (height * (1.0 + ratio), after, after_extent)] {
             assert!(middle.is_finite() && extent >= own.least_step, "{case}: {middle}, {extent}");
-            // It touches what came before,
+            // Each sphere touches the one before,
             assert!((middle - 0.5 * extent - front).abs() <= 1e-5 * middle, "{case}: {middle}, {extent}");
             // and is no wider than the cone, or than the bounds.
             let r = ratio.min(own.most_ratio);
@@ -182,7 +188,7 @@ fn spheres_are_bounded_and_the_printed_recursion_ends_or_stands_still() {
         }
         let [_, _, after, after_extent] = printed[i].0[1];
         if ratio >= 1.0 {
-            // Printed: nowhere to go,
+            // Printed: the recursion does not advance,
             assert!(after_extent < 0.0 && steps[i].0[1][3] < 0.0, "{case}: {after_extent}");
         } else {
             // else h' = (h + hR)/(1 − R), which is h where either is 0.
@@ -190,16 +196,16 @@ fn spheres_are_bounded_and_the_printed_recursion_ends_or_stands_still() {
             assert!((after - next).abs() <= 1e-5 * next, "{case}: {after} is not {next}");
             assert!((after_extent - 2.0 * ratio * next).abs() <= 1e-5 * next, "{case}: {after_extent}");
             assert!(ratio * height > 0.0 || after == height, "{case}: {after}");
-            // With that alone mended every sphere goes on.
+            // With that row alone corrected every sphere advances.
             assert!(steps[i].0[1][2] > height && steps[i].0[1][3] >= own.least_step, "{case}: {:?}", steps[i]);
         }
     }
 }
 
-/// A mirror's cone, R = 0, stands still a voxel away from its apex as printed: it finds nothing, and all is open.
+/// A mirror's cone, R = 0, does not advance beyond a voxel from its apex as printed: it finds nothing, and all is open.
 #[test]
 fn a_cone_that_narrows_to_nothing_finds_a_wall_and_printed_nothing() {
-    let gpu = Gpu::new();
+    let gpu = PhotonGpu::new();
     gpu.fill(|level, at| {
         let wall = if at[0] == 12 >> level { 1.0 } else { 0.0 };
         (Vec4::new(wall, 0.0, 0.0, wall), Vec4::splat(wall))
@@ -220,10 +226,10 @@ fn a_cone_that_narrows_to_nothing_finds_a_wall_and_printed_nothing() {
 /// Ω = min(1/(N·pdf), 2π): cosine-distributed cones of one N add up to the hemisphere, weighted by their cosines.
 #[test]
 fn solid_angles_are_the_rules() {
-    let gpu = Gpu::new();
+    let gpu = PhotonGpu::new();
     for half_angle in [0.05_f32, 0.3, 0.7, 1.2, 1.5] {
         let solid_angle = 2.0 * PI * (1.0 - half_angle.cos());
-        let input = Arguments::of(Vec4::new(solid_angle, 1.0, 0.1, 0.0), Vec4::ZERO);
+        let input = Arguments::of_vectors(Vec4::new(solid_angle, 1.0, 0.1, 0.0), Vec4::ZERO);
         let ratio = gpu.evaluate(Function::Spheres, &[input], &settings(&[]))[0].a().x;
         // 1 − cos loses digits in f32 at small angles: 1e-7 of 1e-3.
         assert!((ratio / half_angle.tan() - 1.0).abs() < 1e-3, "half angle {half_angle}: {ratio}");
@@ -231,7 +237,7 @@ fn solid_angles_are_the_rules() {
 }
 
 /// α of one voxel's edge, everywhere and at every level.
-fn medium(gpu: &Gpu, alpha: f32, radiance: f32) {
+fn medium(gpu: &PhotonGpu, alpha: f32, radiance: f32) {
     gpu.fill(|level, _| {
         let a = 1.0 - (1.0 - alpha).powi(1 << level);
         (Vec4::new(radiance * a, 0.0, 0.0, a), Vec4::splat(a))
@@ -246,18 +252,19 @@ fn over(more: &[&str]) -> twobounce::settings::Settings {
 
 #[test]
 fn a_medium_lets_through_the_same_in_any_steps_and_the_printed_exponent_does_not() {
-    let gpu = Gpu::new();
+    let gpu = PhotonGpu::new();
     medium(&gpu, 0.1, 1.0);
     let steps =
         ["photons.least_step=0.125", "photons.least_step=0.25", "photons.least_step=0.5", "photons.least_step=1"];
-    // Along an axis from the first texel's middle to the last one's: filtering meets no border but at both ends.
+    // Along an axis from the first texel's middle to the last one's: filtering meets the border only at both ends.
     let through = |step: &str, printed: &[&str]| {
         gpu.trace(Vec3::new(0.5, 8.0, 8.0), Vec3::X, 0.001, &over(&[&[step], printed].concat()))[1]
     };
     let right = steps.map(|step| through(step, &[]));
     let exact = 0.9_f32.powf(15.5);
     for (step, found) in steps.iter().zip(right) {
-        // The last sphere may reach half a voxel beyond the border, and filtering fades over the last half: a tenth each.
+        // The last sphere may reach half a voxel beyond the border, and filtering fades over the last half: a tenth
+        // each.
         assert!((found / exact - 1.0).abs() < 0.1, "{step}: {found} is not {exact}");
     }
     let printed = steps.map(|step| through(step, &["photons.ledger.beer=printed"]));
@@ -267,7 +274,7 @@ fn a_medium_lets_through_the_same_in_any_steps_and_the_printed_exponent_does_not
 
 #[test]
 fn light_is_what_is_hidden_times_radiance_and_printed_is_not() {
-    let gpu = Gpu::new();
+    let gpu = PhotonGpu::new();
     medium(&gpu, 0.5, 2.0);
     for (ratio, step) in
         [(0.001, "photons.least_step=0.25"), (0.3, "photons.least_step=1"), (2.0, "photons.least_step=1")]
@@ -275,7 +282,7 @@ fn light_is_what_is_hidden_times_radiance_and_printed_is_not() {
         let look =
             |more: &[&str]| gpu.trace(Vec3::splat(2.0), Vec3::ONE.normalize(), ratio, &over(&[&[step], more].concat()));
         let [light, open, _] = look(&[]);
-        // Two roundings to f16; what is spent, half a percent, counts as hidden.
+        // Two roundings to f16; an opening of less than half a percent counts as closed.
         assert!((light / (2.0 * (1.0 - open)) - 1.0).abs() < 0.01, "R {ratio}: {light}, open {open}");
         let [light, open, _] = look(&["photons.ledger.color=printed"]);
         if ratio < 0.1 {
@@ -284,11 +291,11 @@ fn light_is_what_is_hidden_times_radiance_and_printed_is_not() {
     }
 }
 
-/// The notes' formula: Σ photons · v²/D² of a plane is what one of its photons sends, for cones of every diameter at
-/// and between levels. A level holds Σ · v²/edge²; from the grid's edge on its photons are all that a cone finds.
+/// The notes' formula: Σ photons · v²/D² of a plane is the light that one of its photons sends, for cones of every
+/// diameter at and between levels. A level holds Σ · v²/edge²; from the grid's edge on a cone finds its photons alone.
 #[test]
 fn summed_photons_times_their_area_over_the_cones_are_the_planes_light() {
-    let gpu = Gpu::new();
+    let gpu = PhotonGpu::new();
     let sent = 3.0;
     gpu.fill(|level, _| {
         let (photons, face) = (4.0_f32.powi(level as i32), 4.0_f32.powi(level as i32));
@@ -316,11 +323,11 @@ fn summed_photons_times_their_area_over_the_cones_are_the_planes_light() {
     assert!(between > 4, "{between} diameters between levels");
 }
 
-/// An opaque fog whose map says that three fifths of it send 0.3: the light of a part that fills all of it is 0.5; the
-/// notes' premultiplied value counts as it is.
+/// An opaque fog whose map states that three fifths of it send 0.3: the light of a full part is 0.5; the notes'
+/// premultiplied value is used directly.
 #[test]
 fn premultiplied_light_counts_as_it_is_or_with_the_opacity_that_is_met() {
-    let gpu = Gpu::new();
+    let gpu = PhotonGpu::new();
     gpu.fill(|_, _| (Vec4::new(0.3, 0.0, 0.0, 0.6), Vec4::ONE));
     let light = |form: &str| {
         let form = format!("photons.ledger.premultiplied={form}");
@@ -334,7 +341,7 @@ fn premultiplied_light_counts_as_it_is_or_with_the_opacity_that_is_met() {
 /// A wall of one voxel, at any place between samples.
 #[test]
 fn a_wall_is_one_wall_in_a_sum_and_leaks_under_over() {
-    let gpu = Gpu::new();
+    let gpu = PhotonGpu::new();
     gpu.fill(|level, at| {
         let wall = if at[0] == 12 >> level { 1.0 } else { 0.0 };
         (Vec4::new(wall, 0.0, 0.0, wall), Vec4::new(wall, 0.0, 0.0, wall))
@@ -344,17 +351,18 @@ fn a_wall_is_one_wall_in_a_sum_and_leaks_under_over() {
         let from = Vec3::new(1.0 + i as f32 / 16.0, 8.0, 8.0);
         for step in ["photons.least_step=0.25", "photons.least_step=1"] {
             let open = |how: &[&str]| gpu.trace(from, Vec3::X, 0.001, &settings(&[&[step], how].concat()))[1];
-            // A light share of half a percent that a cone leaves counts as hidden.
+            // A cone that is open by less than half a percent counts as closed.
             leaks.0 = leaks.0.max(open(&[]));
             leaks.1 = leaks.1.max(open(&["photons.composite=over"]));
         }
     }
     assert!(leaks.0 <= 0.006 && leaks.1 > 0.2, "{leaks:?}");
-    // Wide cones sample it ever more coarsely, and their spheres' shares add up to one wall on average alone.
+    // Wide cones sample the wall coarsely, and their spheres' shares add up to one wall only on average.
     for ratio in [0.1, 0.25, 0.5] {
         let open = |i: u32| gpu.trace(Vec3::new(1.0 + i as f32 / 4.0, 8.0, 8.0), Vec3::X, ratio, &settings(&[]))[1];
         let mean = (0..32).map(open).sum::<f32>() / 32.0;
-        // Half of the last sphere, and all that follow, lie beyond the grid: at R = ½ each is three times as wide as the one before.
+        // Half of the last sphere, and all that follow, lie beyond the grid: at R = ½ each is three times as wide as
+        // the one before.
         let most = if ratio < 0.5 { 0.15 } else { 0.35 };
         assert!(mean < most, "R {ratio}: {mean} of a wall is open");
     }
@@ -362,18 +370,18 @@ fn a_wall_is_one_wall_in_a_sum_and_leaks_under_over() {
 
 #[test]
 fn visibility_is_weighted_whole_and_the_printed_sum_is_not() {
-    let gpu = Gpu::new();
+    let gpu = PhotonGpu::new();
     for rate in ["0", "0.05", "1", "20"] {
         let rate = format!("photons.ao_rate={rate}");
         let near =
             |more: &[&str]| gpu.trace(Vec3::splat(8.0), Vec3::X, 0.3, &settings(&[&[rate.as_str()], more].concat()))[2];
-        // Nothing is there: all weights add up to 1.
+        // The volume is empty: all weights add up to 1.
         assert!((near(&[]) - 1.0).abs() < 1e-5, "{rate}: {}", near(&[]));
         if rate.ends_with("0.05") {
             assert!(near(&["photons.ledger.ao=printed"]) < 0.7, "{}", near(&["photons.ledger.ao=printed"]));
         }
     }
-    // A wall four voxels on: what is open lies before it. 1 − exp(−λ·4), up to a step of one voxel.
+    // A wall four voxels away: only what lies before it is open. 1 − exp(−λ·4), up to a step of one voxel.
     gpu.fill(|level, at| {
         let wall = if at[0] == 12 >> level { 1.0 } else { 0.0 };
         (Vec4::new(0.0, 0.0, 0.0, wall), Vec4::splat(wall))

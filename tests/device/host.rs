@@ -1,4 +1,5 @@
-//! The library within a host, by its published names alone: outputs in the host's images, layers, growth, changes, refusals.
+//! The library within a host, by its public names alone: outputs in the host's images, layers, growth, changes,
+//! refusals.
 
 use crate::vk_common;
 
@@ -7,7 +8,7 @@ use half::f16;
 use twobounce::Error;
 use twobounce::ash::vk;
 use twobounce::host::{
-    Aov, Context, Counters, Growth, HostDevice, HostImage, ImageUse, LayerImage, Output, Prepare, Prepared, Seen,
+    Aov, Context, Counters, Growth, HostDevice, HostImage, ImageUse, LayerImage, Output, Prepare, Prepared, Shot,
 };
 use twobounce::output::display::srgb_code;
 use twobounce::scene::{LightKind, Material, Mesh, Pose, Scene};
@@ -19,7 +20,7 @@ fn image_use(stages: vk::PipelineStageFlags2, access: vk::AccessFlags2, layout: 
     ImageUse { stages, access, layout }
 }
 
-/// The difference of two halves in steps between neighbours.
+/// The difference of two halves in units in the last place.
 fn half_steps(a: u16, b: u16) -> i32 {
     assert!(f16::from_bits(a).is_sign_positive() && f16::from_bits(b).is_sign_positive());
     (i32::from(a) - i32::from(b)).abs()
@@ -36,7 +37,7 @@ fn a_hosts_images_take_radiance_in_many_formats() {
         (vk::Format::R8G8B8A8_UNORM, 4),
         (vk::Format::B8G8R8A8_SRGB, 4),
     ] {
-        // The second level of the third layer, which the host last drew into and samples next.
+        // The second level of the third layer; the host drew into it last and samples it next.
         let image = TestImage::new(&setup.host, format, (2 * SIZE.0, 2 * SIZE.1));
         let (device, buffer) = (setup.host.device.clone(), TestImage::readback(&setup.host, SIZE.0 * SIZE.1 * bytes));
         let sampled = (vk::PipelineStageFlags2::COPY, vk::AccessFlags2::TRANSFER_READ);
@@ -102,7 +103,7 @@ fn layers_are_handed_out_as_images() {
     setup.close();
 }
 
-/// Flat boxes unfold after the scene was prepared: its lists are larger than what was expected of the first pose.
+/// Flat boxes unfold after the scene was prepared: its lists become larger than the first pose suggested.
 #[test]
 fn what_unfolds_is_told_and_grows() {
     let mut scene = room();
@@ -121,7 +122,7 @@ fn what_unfolds_is_told_and_grows() {
     let shells = &mut setup.pose.world_from_instance[2..];
     shells.iter_mut().for_each(|place| *place = DAffine3::from_translation(DVec3::splat(2.0)));
     setup.draw(&[], |_| ());
-    // Lists that were too small for triangles did not show yet how much their voxels take.
+    // Lists that were too small for triangles did not yet tell the size that their voxels need.
     let (mut grown, mut found) = (0, Vec::new());
     while let Some(growth) = setup.poll() {
         setup.grow(growth);
@@ -136,7 +137,7 @@ fn what_unfolds_is_told_and_grows() {
     setup.close();
 }
 
-/// Surfaces that a renderer draws of a Lambertian scene are handed back as a host's: they get the same light.
+/// Surfaces that a renderer draws of a Lambertian scene are given back as a host's: they get equal light.
 #[test]
 fn surfaces_that_the_host_drew_get_the_same_light() {
     for method in ["method=rays", "method=cones", "method=photons", "method=lpv", "method=none"] {
@@ -155,13 +156,13 @@ fn surfaces_that_the_host_drew_get_the_same_light() {
         let found = setup.given_light(None);
         for (aov, found) in [Aov::Direct, Aov::Indirect].into_iter().zip(&found) {
             let expected = expected.get(aov).expect("a layer");
-            // The lamp shines in the image; of a host's surface only what it reflects is known.
+            // The lamp's emission is in the image; of a host's surface only the reflected light is known.
             let lit = |i: &usize| expected[*i][0] < 2.9;
             assert_eq!(found[0], [0.0; 4], "no surface");
             let pixels: Vec<usize> = (1..expected.len()).filter(lit).collect();
             let sum = |light: &dyn Fn(usize) -> f32| pixels.iter().map(|&i| f64::from(light(i))).sum::<f64>();
             let (a, b) = (sum(&|i| found[i][1]), sum(&|i| expected[i][1]));
-            // Points come from depths instead of triangles: rounding moves a few rays and cones over an edge.
+            // Points are computed from depths instead of triangles: rounding moves a few rays and cones over an edge.
             assert!((a - b).abs() <= 5e-3 * b, "{method}, {}: {a} instead of {b}", aov.name());
             let off =
                 pixels.iter().filter(|&&i| (found[i][1] - expected[i][1]).abs() > 0.02 * expected[i][1].abs() + 1e-5);
@@ -169,7 +170,8 @@ fn surfaces_that_the_host_drew_get_the_same_light() {
             assert!(off * 20 <= pixels.len(), "{method}, {}: {off} of {} pixels", aov.name(), pixels.len());
             assert!((aov == Aov::Indirect && method == "method=none") || b > 1.0, "{method}: {b}");
         }
-        // The host draws every pass alike: others have other rays, and they start on the surface as well.
+        // The host's passes over an image all draw alike: passes differ in their rays alone, which also start on the
+        // surface.
         let sum = |light: &[[f32; 4]]| light.iter().map(|texel| f64::from(texel[1])).sum::<f64>();
         for pass in 1..5 {
             setup.pass = pass;
@@ -181,7 +183,8 @@ fn surfaces_that_the_host_drew_get_the_same_light() {
     }
 }
 
-/// Metal, a mirror and a glossy floor that a renderer draws are handed back as a host's: what they mirror is the same, by each method.
+/// Metal, a mirror and a glossy floor that a renderer draws are given back as a host's: their reflections are equal,
+/// with each method.
 #[test]
 fn glossy_surfaces_that_the_host_drew_mirror_the_same() {
     // Roughness, metallic and specular by the base colour's green.
@@ -231,7 +234,7 @@ fn glossy_surfaces_that_the_host_drew_mirror_the_same() {
         for (aov, found) in [Aov::Direct, Aov::Indirect].into_iter().zip(&found) {
             let expected = expected.get(aov).expect("a layer");
             for (green, [roughness, metallic, _]) in materials {
-                // Whole pixels of one material; at edges the host knows one surface of two.
+                // Pixels of one material alone; at edges the host knows one of two surfaces.
                 let pixels: Vec<usize> = (1..expected.len()).filter(|&i| (albedo[i][1] - green).abs() < 1e-3).collect();
                 let sum = |light: &dyn Fn(usize) -> f32| pixels.iter().map(|&i| f64::from(light(i))).sum::<f64>();
                 let (a, b) = (sum(&|i| found[i][0]), sum(&|i| expected[i][0]));
@@ -240,7 +243,7 @@ fn glossy_surfaces_that_the_host_drew_mirror_the_same() {
                 assert!((a - b).abs() <= 0.02 * b + 1e-4, "{words}: {a} instead of {b}");
                 let off = |i: &&usize| (found[**i][0] - expected[**i][0]).abs() > 0.05 * expected[**i][0].abs() + 1e-4;
                 let off = pixels.iter().filter(off).count();
-                // A metal's rays are chosen by its place, whose last bits differ.
+                // A metal's rays depend on its position, whose last bits differ.
                 assert!(off * 8 <= pixels.len() || roughness == 0.4, "{words}: {off} of {} pixels", pixels.len());
             }
         }
@@ -282,7 +285,7 @@ fn a_light_that_moves_and_a_sky_that_dims_show_at_once() {
     setup.close();
 }
 
-/// With all bounces each frame goes on from the light of the one before, until it settles.
+/// With all bounces each frame continues from the light of the one before, until it settles.
 #[test]
 fn light_of_all_bounces_settles_over_frames() {
     let settings = settings(&["method=cones", "image.interleave=1", "bounces=all"]);
@@ -346,7 +349,7 @@ fn what_cannot_be_is_refused_in_one_sentence() {
     let empty = Prepare::new((24, 0), bounds);
     let refused = Prepared::new(&setup.context, &setup.scene, &setup.pose, &settings(&[]), &empty).map(drop);
     assert!(refused.unwrap_err().to_string().contains("24x0 has no pixels"));
-    // The host enabled what is required, which geometry shaders are not.
+    // The host enabled the required features, which geometry shaders are not.
     let talk = settings(&["grid.conservative=geometry-shader"]);
     let whole = Prepare::new(SIZE, setup.scene.bounds(None));
     let refused = Prepared::new(&setup.context, &setup.scene, &setup.pose, &talk, &whole).map(drop).unwrap_err();
@@ -370,7 +373,7 @@ fn everything_goes_to_other_threads() {
         send::<Counters>,
         send::<Prepare>,
         send::<Scene>,
-        send::<Seen<'static>>,
+        send::<Shot<'static>>,
         send::<Error>,
     ];
     let _: [fn(); 4] = [sync::<Context>, sync::<Scene>, sync::<Pose>, sync::<Settings>];

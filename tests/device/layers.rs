@@ -1,4 +1,5 @@
-//! `examples/pages/layers.rs`: a layered draw and a dispatch over the whole grid fill volumes with the same bits; its page is current.
+//! `examples/pages/layers.rs`: a layered draw and a dispatch over the whole grid fill volumes with equal bits; its page
+//! is current.
 
 use crate::gpu;
 

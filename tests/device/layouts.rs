@@ -1,5 +1,5 @@
-//! Every struct shared with GLSL has the same names, offsets and sizes on both sides, read from the compiled shaders; and
-//! every number that both sides write down is the same, read from the source: compiled, it has no name.
+//! Every struct shared with GLSL has equal names, offsets and sizes on both sides, read from the compiled shaders.
+//! Every number that both sides state is equal, read from the source, because compiled numbers have no names.
 
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ fn structs_agree_with_the_shaders() {
         "ground/record.comp",
         "ground/voxelise.frag",
         "gi/rays/light.comp",
-        "ground/alike.comp",
+        "ground/item_groups.comp",
     ] {
         found.extend(shader::structs(name));
     }
@@ -54,7 +54,7 @@ fn structs_agree_with_the_shaders() {
     check("RecordDraw", RecordDraw::FIELDS, size_of::<RecordDraw>());
 }
 
-/// Push blocks all have one name, so this method's stands apart.
+/// Push blocks all have one name, so the blocks of this method are checked separately.
 #[test]
 fn the_push_constants_of_lpv_agree() {
     for shader in ["gi/lpv/light.comp", "gi/lpv/inject.comp", "gi/lpv/propagate.comp", "gi/lpv/propagate_beams.comp"] {

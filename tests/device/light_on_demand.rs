@@ -1,4 +1,5 @@
-//! Light on demand: an item is lit where something asks for its light, and has then the light that it has where all are lit.
+//! Light on demand: an item is lit where something reads its light, and then has the light that it has where all items
+//! are lit.
 
 use crate::gpu;
 use crate::more;
@@ -14,10 +15,11 @@ use twobounce::scene::{Bounds, Scene, View};
 use twobounce::settings::Settings;
 use twobounce::vk::{download, upload_into};
 
-/// The bits of an item that the first and the second bounce light: `ASKED_FIRST` and `ASKED_SECOND` in `glsl/ground/ask.glsl`.
+/// The bits of an item that the first and the second bounce light: `ASKED_FIRST` and `ASKED_SECOND` in
+/// `glsl/ground/ask.glsl`.
 const ASKED: [u32; 2] = [1, 2];
 
-/// Voxel, triangle and whether it is a twin: what tells an item from all others in every list.
+/// Voxel, triangle and whether it is a twin: this identifies an item in every list.
 type ItemKey = (u32, u32, bool);
 
 /// From within the room.
@@ -62,7 +64,7 @@ fn items_that_are_asked_for_have_the_light_that_they_have_where_all_are_lit() {
     }
 }
 
-/// Items that nobody asked for are dark: an image that read one would change once it is lit.
+/// Items that nothing asks for are dark, so an image that read one would change when it is lit.
 #[test]
 fn an_image_stays_once_everything_is_lit() {
     let scene = asset("gallery.glb");
@@ -98,13 +100,13 @@ fn frames_that_light_what_comes_into_view_are_those_that_start_anew() {
     }
 }
 
-/// Looking the other way.
+/// A view in the opposite direction.
 fn turned(view: View) -> View {
     View { forward: -view.forward, ..view }
 }
 
-/// With all bounces everything is lit, whoever sees it: a camera that turns around finds in its first frame the light that one
-/// finds which looked there all along. So it does after things and lights have moved behind its back.
+/// With all bounces every item is lit, whatever the view: in its first frame a camera that turns around finds the light
+/// that a camera with that view from the start finds, also after objects and lights behind it moved.
 #[test]
 fn with_all_bounces_what_comes_into_view_is_lit_in_its_first_frame() {
     let (gallery, room) = (asset("gallery.glb"), room());
@@ -131,7 +133,7 @@ fn with_all_bounces_what_comes_into_view_is_lit_in_its_first_frame() {
     }
 }
 
-/// A mirror that shows another one shows direct light, of glass too, which keeps none: what was in the memory before must not
+/// A mirror behind a mirror shows direct light, also of glass, which stores none: the memory's earlier content must not
 /// come into the image.
 #[test]
 fn mirrors_show_no_light_that_nothing_wrote() {

@@ -1,4 +1,4 @@
-//! Light propagation as a whole: images of scenes whose light is known. `passes_lpv.rs` holds its steps.
+//! Light propagation as a whole: images of scenes whose light is known. `passes_lpv.rs` checks its steps.
 
 use crate::gpu;
 use crate::studio::asset;
@@ -8,7 +8,9 @@ use std::f64::consts::PI;
 use glam::{Affine2, DAffine3, DVec3, Vec3};
 use gpu::twins::propagation::{Texture as Coefficients, as_coefficients};
 use twobounce::layers::Aov;
-use twobounce::scene::{Image, LightKind, Material, Mesh, Mip, Scene, Texture, TextureRef, View, Wrap, analytic};
+use twobounce::scene::{
+    LightKind, Material, Mesh, Mip, Scene, Texture, TextureImage, TextureRef, View, Wrap, analytic,
+};
 use twobounce::settings::Settings;
 use twobounce::vk::download_image;
 
@@ -28,17 +30,19 @@ fn plate_under_sky(changes: &[&str]) -> Vec<[f32; 3]> {
     gpu::render_layers(&gpu::context(), &scene, &settings, 8, view, vec![Aov::Ao]).read().beauty().to_vec()
 }
 
-/// Nothing but the sky, which comes in from all sides: the plate's front is as bright as its albedo times what is open, all of the
-/// hemisphere.
+/// Only the sky's light, which comes in from all sides: the radiance of the plate's front is its albedo times the open
+/// share, all of the hemisphere.
 #[test]
 fn the_sky_arrives_whole() {
     let image = plate_under_sky(&["lpv.iterations=1000"]);
     let mean = image.iter().map(|p| f64::from(p[1])).sum::<f64>() / 64.0;
-    // 1000 steps of 16³ cells leave a thousandth on its way; the plate, of two thirds of a cell, takes some of its own light.
+    // 1000 steps of 16³ cells leave a thousandth of the light in the grid; the plate, of two thirds of a cell, absorbs
+    // some of its own light.
     assert!((mean / 0.5 - 1.0).abs() < 0.05, "{mean}");
 }
 
-/// Deep inside a room that is open to one side, the sky's light arrives by way of the walls: later than a step per cell.
+/// Deep inside a room that is open to one side, the sky's light arrives by way of the walls, after more steps than one
+/// per cell.
 #[test]
 fn under_a_sky_light_goes_twice_as_many_steps() {
     let mut scene = Scene::empty("room");
@@ -67,7 +71,7 @@ fn under_a_sky_light_goes_twice_as_many_steps() {
     assert!(mean(&twice) > 1.02 * mean(&once), "{} and {}", mean(&twice), mean(&once));
 }
 
-/// Light from a closed room does not come through its walls, one-sided or not, and a room next to it stays dark.
+/// Light of a closed room does not pass its walls, one-sided or not, and a room beside it stays dark.
 #[test]
 fn sheets_do_not_leak() {
     for double_sided in [false, true] {
@@ -92,7 +96,7 @@ fn sheets_do_not_leak() {
     }
 }
 
-/// The injected light is the light that a surface sends: a wall of one metre by one that sends 2, in cells of a
+/// The injected light equals the light that a surface sends: a wall of one metre by one that sends 2, in cells of a
 /// sixteenth of a metre.
 #[test]
 fn a_wall_injects_pi_times_radiance_times_area() {
@@ -116,12 +120,12 @@ fn a_wall_injects_pi_times_radiance_times_area() {
     };
     let flux: Vec<[f32; 4]> = download_image(&context, flux, 0).expect("a flux");
     let total: f64 = flux.iter().map(|f| f64::from(f[0])).sum::<f64>() / f64::from(renderer.frame().scale);
-    // After one step: lobes that are cut off have gained 0.1382 where they look along an axis, and nearly that elsewhere.
+    // After one step: clamped lobes along an axis have gained 0.1382, and nearly that elsewhere.
     let expected = PI * 2.0 / (2.0f64 / 32.0).powi(2);
     assert!((1.10..1.14).contains(&(total / expected)), "{total} is not {expected}");
 }
 
-/// A closed box whose walls shine and reflect half: what they send arrives somewhere, so that its mean is right.
+/// A closed box whose walls emit, and reflect half: all sent light arrives somewhere, so that its mean is right.
 #[test]
 fn a_furnace_keeps_its_energy() {
     for (bounces, expected) in [("bounces=1", 1.5), ("bounces=2", 1.75)] {
@@ -130,13 +134,13 @@ fn a_furnace_keeps_its_energy() {
         let settings = lpv(&["lights.lamps=gathered", "lpv.iterations=128", bounces]);
         let image = gpu::render_from(&gpu::context(), &scene, &settings, 32, view).read();
         let mean = image.beauty().iter().map(|p| f64::from(p[1])).sum::<f64>() / 1024.0;
-        // Cells at edges and corners hold two or three walls, and their light partly stays between them.
+        // Cells at edges and corners hold two or three walls, and part of their light stays between these.
         assert!((mean / expected - 1.0).abs() < 0.1, "{bounces}: {mean} is not {expected}");
     }
 }
 
-/// A scene that fills the coarsest of three grids gives the same image as with one grid, as long as the camera's grid
-/// shows what the coarse one does: light of all sides.
+/// A scene that fills the coarsest of three grids gives the image of one grid, as long as the camera's grid shows the
+/// coarse grid's light of all sides.
 #[test]
 fn cascades_agree_in_even_light() {
     let scene = analytic::furnace(0.5, 1.0, false);
@@ -151,7 +155,7 @@ fn cascades_agree_in_even_light() {
     assert!((three / one - 1.0).abs() < 0.1, "{three} is not {one}");
 }
 
-/// A room of side 2 whose walls, floor and block have colours of their own, and whose floor has a map of perturbed normals.
+/// A room of side 2 whose walls, floor and block have colours of their own, and whose floor has a normal map.
 fn bumpy_room() -> Scene {
     let mut scene = Scene::empty("bumpy room");
     let lean = |x: f32, y: f32| [x, y, (1.0 - x * x - y * y).sqrt()].map(|v| (127.5 + 127.5 * v).round() as u8);
@@ -159,7 +163,7 @@ fn bumpy_room() -> Scene {
         .into_iter()
         .flat_map(|[x, y, z]| [x, y, z, 255])
         .collect();
-    scene.images.push(Image { name: "bumps".into(), width: 2, height: 2, rgba });
+    scene.images.push(TextureImage { name: "bumps".into(), width: 2, height: 2, rgba });
     let wrap = [Wrap::Repeat; 2];
     scene.textures.push(Texture { image: 0, wrap, mag_linear: true, min_linear: true, mip: Mip::None });
     let bumps = TextureRef { texture: 0, uv_set: 0, transform: Affine2::IDENTITY };
@@ -178,8 +182,9 @@ fn bumpy_room() -> Scene {
     scene
 }
 
-/// The source's page applies light per visible pixel, from a depth buffer, a buffer of perturbed normals and three textures, one a
-/// colour, with four coefficients each. The same, done here from the image's layers and the sums, gives the image's indirect light.
+/// The source's page applies light per visible pixel, from a depth buffer, a buffer of perturbed normals and three
+/// textures, one a colour, with four coefficients each. The test does so with the image's layers and the sums, and gets
+/// the image's indirect light.
 #[test]
 fn printed_light_is_applied_from_depth_and_perturbed_normals() {
     let scene = bumpy_room();
@@ -230,13 +235,13 @@ fn printed_light_is_applied_from_depth_and_perturbed_normals() {
             off_facet += usize::from((got - shown(DVec3::Y)).abs().max_element() > 0.01 * got.max_element());
         }
     }
-    // The device looks up in f32, and the depth that positions come from is one.
+    // The device looks up in f32, and positions come from a depth in f32.
     assert!(worst < 5e-5, "{worst}");
     assert!(on_floor > 500 && off_facet > on_floor / 2, "{off_facet} of {on_floor} pixels tell normals from facets");
 }
 
-/// Both sheets of a wall that is thinner than a cell face the same room. If both found the light before them, the wall would
-/// send on up to twice its albedo of it, .7 here, and the light of all bounces would grow without end.
+/// Both sheets of a wall that is thinner than a cell face the same room. If both received the light before them, the
+/// wall would reflect up to twice its albedo, .7 here, and the light of all bounces would diverge.
 #[test]
 fn a_wall_of_two_sheets_mirrors_light_once() {
     let scene = asset("two-rooms.glb");
@@ -246,6 +251,6 @@ fn a_wall_of_two_sheets_mirrors_light_once() {
         renderer.read().beauty().iter().flatten().map(|v| f64::from(*v)).sum::<f64>()
     };
     let [two, all] = ["bounces=2", "bounces=all"].map(energy);
-    // Light after the second bounce: at most .7, .7², … of what came with it; much of it ends on the lamp's side.
+    // Light after the second bounce: at most .7, .7², … of the arriving light; much of it ends on the lamp's side.
     assert!(all > two && all < two * (1.0 + 0.7 / 0.3), "{all} of all bounces, {two} of two");
 }

@@ -1,5 +1,5 @@
-//! Tests that run on a device: passes against their twins and closed forms, the Vulkan layer, frames, hosts. All tests share one
-//! device under the validation layers.
+//! Tests that run on a device: passes against their twins and closed forms, the Vulkan layer, frames, hosts. All tests
+//! share one device under the validation layers.
 
 #[path = "../common/functions.rs"]
 mod functions;

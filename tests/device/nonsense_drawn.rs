@@ -1,4 +1,4 @@
-//! Nonsense in public fields is refused, or a frame is made of it: no panic, and no message of the validation layer.
+//! Invalid values in public fields are refused or rendered, without a panic or a message of the validation layer.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! Boxes of finer voxels within the grid: what each lists, against a twin; that light crosses their borders, near the truth; and that
-//! it goes on where they move.
+//! Boxes of finer voxels within the grid: their lists against a twin; the light that crosses their borders, which is
+//! near the truth; and continuity where they move.
 
 use crate::gpu;
 use crate::scenes;
@@ -10,7 +10,7 @@ use gpu::twins::record::{in_voxels, record};
 use gpu::twins::voxelise::{compare_sets, voxelise};
 use scenes::{Random, add, triangle};
 use twobounce::ground::boxes::FACTOR;
-use twobounce::ground::clearance::fitted_to_camera;
+use twobounce::ground::grid_choice::fitted_to_camera;
 use twobounce::layers::Aov;
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
@@ -27,7 +27,7 @@ fn rays(changes: &[&str]) -> Settings {
 #[test]
 fn every_box_lists_what_touches_its_voxels_and_leaves_out_what_the_next_one_has() {
     let (mut scene, mut random) = (Scene::empty("triangles"), Random::new(4));
-    // Some anywhere, some about the middle.
+    // Some triangles anywhere, some about the middle.
     let mut some = |size: f64, spread: f64| {
         let center = DVec3::splat(32.0) + (random.point() - 0.5) * spread;
         triangle(&mut random, center, size).map(|p| p.clamp(DVec3::ONE, DVec3::splat(63.0)).as_vec3().as_dvec3())
@@ -78,7 +78,7 @@ fn compared(image: &[[f32; 3]], other: &[[f32; 3]]) -> (f64, f64) {
     (sum(image) / sum(other), apart / sum(other))
 }
 
-/// The indirect light of the room in a cube of such a side about a point.
+/// The indirect light of the room in a cube of this side about a point.
 fn indirect(side: f64, center: &str) -> Vec<[f32; 3]> {
     let stage = room();
     let settings = rays(&[
@@ -97,8 +97,9 @@ fn indirect(side: f64, center: &str) -> Vec<[f32; 3]> {
     renderer.read().get(Aov::Indirect).expect("a layer").to_vec()
 }
 
-/// A wall is lit in voxels of three sizes; all of its light gets to all others. What voxels are, noise and the sizes of what is
-/// shared change with the boxes: 3 %. Without what is outside, more than half was missing.
+/// A wall is lit in voxels of three sizes; all of its light reaches all other walls. The voxels, the noise and the
+/// regions of shared directions change with the boxes: 3 %. Without the light outside a box, more than half was
+/// missing.
 #[test]
 fn light_crosses_the_borders_of_boxes() {
     let whole = indirect(2.4 * ROOM, "0,0,0");
@@ -110,7 +111,7 @@ fn light_crosses_the_borders_of_boxes() {
     }
 }
 
-/// A room of 4 m with a window, that a sun shines into, in a landscape of a kilometre.
+/// A room of 4 m with a window that the sun shines through, in a landscape of a kilometre.
 fn landscape() -> (Scene, View) {
     let mut scene = Scene::empty("landscape");
     let two_sided = |name: &str, color| Material { double_sided: true, ..Material::lambert(name, color) };
@@ -135,7 +136,8 @@ fn landscape() -> (Scene, View) {
     (scene, view([1.5, 1.5, 1.5], [-1.5, 1.0, -1.0]))
 }
 
-/// 5 %, of which the reference's noise is one: with one grid the walls' light is that of a voxel which holds the whole room.
+/// 5 %, of which the reference's noise is one: with one grid the walls' light is that of a voxel which holds the whole
+/// room.
 #[test]
 fn a_room_in_a_landscape_is_lit_right_by_default() {
     let (scene, view) = landscape();
@@ -160,8 +162,8 @@ fn a_room_in_a_landscape_is_lit_right_by_default() {
     assert!(coarse.1 > 0.15, "one grid does as well: {coarse:?}");
 }
 
-/// Where boxes follow the camera, light of all bounces is carried from the voxels that were there to those that are: no frame is
-/// darker by what would have to settle again. 4 %: other voxels.
+/// Where boxes follow the camera, light of all bounces is copied from the old voxels to the new ones: no frame is
+/// darker because light has to settle again. 4 %: other voxels.
 #[test]
 fn light_goes_on_where_boxes_move() {
     let stage = room();
@@ -171,7 +173,7 @@ fn light_goes_on_where_boxes_move() {
         RenderOptions { aovs: vec![Aov::Indirect], ..RenderOptions::new((32, 32), stage.bounds(DVec3::ZERO)) };
     let context = gpu::context();
     let mut renderer = Renderer::new(&context, stage.scene.clone(), &stage.pose(), settings, options).expect("it fits");
-    // A camera that is turned round the point it looks at sees the same; only the boxes stand otherwise.
+    // A camera that is turned about the point of its view sees the same surfaces; only the boxes lie differently.
     let look = |eye: [f64; 3]| view(eye, [0.0, 0.0, -0.5]);
     let mean = |renderer: &mut Renderer, view: &View| {
         renderer.render(&stage.pose(), view).expect("a frame");

@@ -1,5 +1,5 @@
-//! Passes by cells: lists of occupied cells against their twin, and volumes against those of layered passes,
-//! bit for bit, in a first frame and after things moved.
+//! Passes by cells: lists of occupied cells against their twin, and volumes against those of layered passes, bit for
+//! bit, in a first frame and after motion.
 
 use crate::gpu;
 
@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::scenes::{Random, add, triangle};
 use crate::studio::{Studio, Volumes, pose, room};
 use glam::{DAffine3, DVec3, IVec3, Vec3};
-use gpu::twins::alike::{Listed, groups};
 use gpu::twins::cells::parents;
+use gpu::twins::item_groups::{Listed, groups};
 use gpu::twins::voxelise::Polygon;
 use half::f16;
 use twobounce::ground::cells::LIT_COUNTS;
@@ -20,7 +20,7 @@ use twobounce::vk::download;
 
 const EDGE: u32 = 16;
 
-/// Of the talk's passes, layer by layer; few cones: what is compared is which voxels are shaded.
+/// The talk's passes, layer by layer, with few cones, because the comparison is about which voxels are shaded.
 fn layered() -> [Settings; 3] {
     let small = |settings: Settings, changes: &[&str]| {
         let small = ["voxels=16", "cones.passes=layered", "cones.shadow_jitter=false"]; // which is another one in each frame
@@ -70,13 +70,13 @@ fn cells_give_the_bits_of_layers() {
         let moved = Studio::new(&scene, &layered).volumes(&there);
         assert!(first.iter().zip(&moved).all(|(a, b)| a != b), "the box shows");
         let fill = layered.of.cones.fill;
-        // Direct light is kept between the bounces of two of the three: what is kept is what would be found again.
+        // Direct light is stored between the bounces of two of the three; the stored light equals a new evaluation.
         let mut studio = Studio::new(&scene, &gpu::with(layered, &["cones.passes=cells"]));
         let mut holds = |pose, expected, when| {
             let found = studio.volumes(pose);
             let (share, off) = difference(&found, expected);
-            // A GPU's compiler contracts products and sums otherwise in fragment shaders than in compute shaders: rounding, and now
-            // and then a cone that meets another voxel.
+            // A GPU's compiler contracts products and sums differently in fragment and compute shaders: rounding, and
+            // now and then a cone that meets another voxel.
             let holds = if studio.context.is_cpu { found == *expected } else { share < 0.01 && off < 1e-3 };
             assert!(holds, "{fill}: {when}: {share} of the values differ by more than 2⁻⁹, the mean by {off}");
         };
@@ -100,7 +100,7 @@ fn difference(a: &Volumes, b: &Volumes) -> (f64, f64) {
 
 #[test]
 fn lists_that_had_to_grow_leave_nothing_behind() {
-    // Twelve sheets of 64² voxels: more cells than there is room for at first.
+    // Twelve sheets of 64² voxels: more cells than the first lists hold.
     let mut scene = Scene::empty("sheets");
     let material = scene.add_material(Material::lamp("lamp", Vec3::ONE));
     for k in 0..12 {
@@ -194,7 +194,7 @@ fn one_of_the_triangles_that_are_alike_is_lit_for_all() {
     assert!(count > 500 && count + 500 < globals.item_count, "{count} lit of {}", globals.item_count);
 }
 
-/// Light that the front of each triangle (by its source) sends in each voxel in which it has a part of its own.
+/// Light that the front of each triangle (by its source) sends in each voxel that holds a part of it alone.
 fn sent(studio: &Studio) -> BTreeMap<(u32, u32), [f32; 3]> {
     let (context, ground) = (&studio.context, studio.renderer.ground());
     let lists = ground.base();
@@ -213,7 +213,7 @@ fn sent(studio: &Studio) -> BTreeMap<(u32, u32), [f32; 3]> {
 
 #[test]
 fn alike_triangles_in_the_same_light_send_the_same() {
-    // A fine mesh of a ramp in the sun, without anything to shadow it: each triangle is lit as all others are.
+    // A fine mesh of a sunlit ramp without shadows: all triangles have equal light.
     let mut scene = Scene::empty("ramp");
     let material = scene.add_material(Material::lambert("ramp", Vec3::splat(0.6)));
     let corner = |i: i32, j: i32| DVec3::new(f64::from(i), f64::from(i) * 0.1, f64::from(j)).as_vec3() / 8.0;
@@ -227,7 +227,7 @@ fn alike_triangles_in_the_same_light_send_the_same() {
     scene.add_mesh(Mesh::triangles("ramp", material, &ramp), DAffine3::IDENTITY);
     scene.add_light(LightKind::Directional, Vec3::splat(3.0), DAffine3::from_rotation_x(-1.2));
     let pose = scene.pose(None, 0.0);
-    // The method cones lights each item, the method rays one for all that are alike.
+    // The method cones lights each item, the method rays one item of each group.
     let [each, alike] = [Settings::cones(), Settings::fast()].map(|settings| {
         let settings = gpu::with(settings, &["voxels=16", "bounces=1", "lights.shadow_rays=1"]);
         let mut studio = Studio::new(&scene, &settings);

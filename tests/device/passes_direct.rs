@@ -1,7 +1,7 @@
-//! Direct light and its exact shadows against closed forms: a floor under a spot, a point and a directional light, in the
-//! shadow of a square, whole or with a half that is masked or clear, and under many lamps; the Cornell box with a point light
-//! against its path-traced image; and the layer that says which surfaces are diffuse against the path tracer's, and how much
-//! light they send.
+//! Direct light and its exact shadows against closed forms: a floor under a spot, a point and a directional light, in
+//! the shadow of a square, opaque or with a half that is masked or clear, and under many lamps; the Cornell box with a
+//! point light against its path-traced image; and the layer that marks diffuse surfaces, and their share of light,
+//! against the path tracer's.
 
 use crate::gpu;
 
@@ -14,12 +14,13 @@ use twobounce::layers::{Aov, Layers};
 use twobounce::measure::metrics::metrics;
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::scene::{
-    Alpha, Image, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap,
+    Alpha, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureImage, TextureRef, View,
+    Wrap,
 };
 use twobounce::settings::{Bounces, Settings};
 
 const SIZE: u32 = 96;
-/// Of the image, metres.
+/// The image's side in metres.
 const HALF: f64 = 1.0;
 const ALBEDO: f64 = 0.5;
 /// The blocker: a square at this height, metres.
@@ -46,7 +47,7 @@ impl Lamp {
         DVec3::new(0.15, 2.0, -0.1)
     }
 
-    /// The way it shines.
+    /// The kind of light.
     fn direction(self) -> DVec3 {
         match self {
             Self::Directional => DVec3::new(0.3, -1.0, 0.2).normalize(),
@@ -95,9 +96,9 @@ fn scene(lamp: Lamp, half: Half) -> Scene {
     let grey = scene.add_material(Material::lambert("grey", Vec3::splat(ALBEDO as f32)));
     let mut leaf = Material { double_sided: true, ..Material::lambert("leaf", Vec3::ONE) };
     if half != Half::Opaque {
-        // Alpha 1 and 0; metalness, which is blue, likewise.
+        // Alpha 1 and 0; metalness, which is the blue channel, likewise.
         let rgba = vec![255, 255, 255, 255, 255, 255, 0, 0];
-        scene.images.push(Image { name: "half".into(), width: 2, height: 1, rgba });
+        scene.images.push(TextureImage { name: "half".into(), width: 2, height: 1, rgba });
         let wrap = [Wrap::Clamp; 2];
         scene.textures.push(Texture { image: 0, wrap, mag_linear: false, min_linear: false, mip: Mip::None });
     }
@@ -148,7 +149,7 @@ fn expected(lamp: Lamp, half: Half, view: &View) -> Vec<[f32; 3]> {
 fn lights_and_shadows_are_the_closed_forms() {
     let context = gpu::context();
     let projection = Projection::Orthographic { half_height: HALF as f32, near: 0.01, far: 10.0 };
-    // Below the blocker, looking down.
+    // From below the blocker, looking down.
     let view = View { eye: DVec3::Y * 0.5, forward: DVec3::NEG_Y, up: DVec3::Z, projection };
     for lamp in [Lamp::Point, Lamp::Spot, Lamp::Directional] {
         for half in [Half::Opaque, Half::Hole, Half::Glass] {
@@ -158,12 +159,12 @@ fn lights_and_shadows_are_the_closed_forms() {
             let direct = image.get(Aov::Direct).expect("asked for").to_vec();
             let truth = expected(lamp, half, &view);
             let found = metrics(&direct, &truth, "the floor").expect("images of one size");
-            // Four samples a pixel stand for the area that a shadow's edge cuts.
+            // Four samples of a pixel represent the area that a shadow's edge cuts.
             let right = (found.energy - 1.0).abs() < 0.003 && found.rel < 0.01;
             assert!(right, "{lamp:?}, {half:?}: energy {}, rel {}", found.energy, found.rel);
         }
     }
-    // The point of the test: the leaf's hole lets light through.
+    // The purpose of the test: light passes the leaf's hole.
     let [opaque, hole] = [Half::Opaque, Half::Hole].map(|half| radiance(Lamp::Directional, half, shaded()));
     assert!(hole > 0.0 && opaque == 0.0);
 }
@@ -182,7 +183,7 @@ fn the_cornell_box_has_the_path_traced_direct_light() {
     let (truth, _) = Layers::read_exr(&folder.join("direct.exr")).expect("the image is there");
     let view = scene.view(&scene.pose(None, 0.0), 0);
     let settings = exact(32);
-    // Twice the truth's size, averaged: sixteen samples for each of its pixels.
+    // The reference at twice the size, averaged: sixteen samples for each of its pixels.
     let image = gpu::render_layers(&gpu::context(), &scene, &settings, 2 * truth.width, view, vec![Aov::Direct]).read();
     let direct = image.get(Aov::Direct).expect("asked for");
     let width = truth.width as usize;
@@ -194,7 +195,7 @@ fn the_cornell_box_has_the_path_traced_direct_light() {
         })
         .collect();
     let found = metrics(&halved, truth.beauty(), "direct light").expect("images of one size");
-    // The tolerance pays for samples at edges, and for the truth's own noise of 0.3 %.
+    // The tolerance covers samples at edges, and the reference's own noise of 0.3 %.
     assert!((found.energy - 1.0).abs() < 0.003 && found.rel < 0.01, "energy {}, rel {}", found.energy, found.rel);
 }
 
@@ -218,7 +219,7 @@ fn what_hangs_right_below_a_light_casts_its_shadow() {
 
 #[test]
 fn veils_hide_what_lies_behind_them_in_any_order() {
-    // Red, green and blue, each half of what lies behind it, from the back to the front.
+    // Red, green and blue; each hides half of the light behind it; from the back to the front.
     let colors = [Vec3::X, Vec3::Y, Vec3::Z];
     let expected = colors.iter().fold(Vec3::ZERO, |behind, color| 0.5 * behind + 0.5 * color);
     let projection = Projection::Orthographic { half_height: 0.5, near: 0.01, far: 10.0 };
@@ -240,7 +241,7 @@ fn veils_hide_what_lies_behind_them_in_any_order() {
     }
 }
 
-/// A square that hides half of what lies behind it and glows in one colour.
+/// A square that hides half of the light behind it and emits one colour.
 fn add_veil(scene: &mut Scene, color: Vec3, corner: Vec3, along: Vec3) {
     let veil = Material { unlit: true, double_sided: true, alpha: Alpha::Blend, ..Material::lambert("veil", color) };
     let veil = scene.add_material(Material { base_color: color.extend(0.5), ..veil });
@@ -256,7 +257,7 @@ fn columns_of_veils(scene: &Scene) -> Vec<Vec3> {
     (0..8).map(|x| rows.iter().map(|row| Vec3::from(row[x])).sum::<Vec3>() / 8.0).collect()
 }
 
-/// There are far more fragments than the list has room for at first.
+/// There are far more fragments than the list first holds.
 #[test]
 fn forty_shuffled_veils_are_sorted() {
     const VEILS: u32 = 40;
@@ -285,7 +286,7 @@ fn veils_that_cross_hide_each_other_on_one_side_each() {
     }
 }
 
-/// Of the lamps over a floor: squares in a grid, metres.
+/// The lamps over a floor: squares in a grid, metres.
 const TILES: i32 = 12;
 const TILE: f32 = 0.1;
 const APART: f32 = 0.3;
@@ -330,7 +331,7 @@ fn light_close_to_one_of_many_lamps_is_even() {
     assert!(right, "energy {}, rel {}", found.energy, found.rel);
 }
 
-/// Stripes side by side before a grey wall or nothing, and how much of each is diffuse.
+/// Stripes side by side before a grey wall or nothing, and the diffuse share of each.
 const STRIPES: usize = 8;
 
 fn stripes() -> (Scene, [f32; STRIPES]) {
@@ -342,7 +343,7 @@ fn stripes() -> (Scene, [f32; STRIPES]) {
         (lambert(), 1.0),
         (metal(1.0), 0.0),
         (metal(0.25), 0.75),
-        // One smooth and as good as clear, one that scatters.
+        // One is smooth and nearly clear, one scatters.
         (glass(1.0, 0.0, 0.0), 0.0),
         (glass(0.5, 0.6, 1.0), 0.5),
         (veil(0.25), 0.75),
@@ -406,7 +407,7 @@ fn metal_and_transmission_each_take_their_share_of_diffuse_light() {
     let settings = exact(16);
     for (metallic, transmission) in [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5), (0.25, 0.75), (0.5, 1.0)] {
         let mut scene = Scene::empty("a part metal, a part glass");
-        // Light from the side that a smooth surface mirrors past the viewer: what is left is the diffuse part.
+        // Light from a direction that a smooth surface mirrors past the viewer: only the diffuse part remains.
         let surface =
             Material { metallic, transmission, roughness: 0.1, ..Material::lambert("both", Vec3::splat(ALBEDO)) };
         let surface = scene.add_material(surface);
@@ -419,7 +420,7 @@ fn metal_and_transmission_each_take_their_share_of_diffuse_light() {
         let image = gpu::render_layers(&context, &scene, &settings, SIZE, view, vec![Aov::Direct]).read();
         for (name, layers) in [("device", image), ("path tracer", traced(&scene, &view, SIZE, 16, &[Aov::Direct]))] {
             let found = layers.get(Aov::Direct).expect("asked for")[(SIZE * SIZE + SIZE) as usize / 2][0];
-            // The tolerance pays for the rest of the lobe at 22°.
+            // The tolerance covers the rest of the lobe at 22°.
             let near = (found - expected).abs() < 0.003 * expected + 0.001 * ALBEDO;
             assert!(near, "{name}, metallic {metallic}, transmission {transmission}: {found} is not {expected}");
         }

@@ -1,5 +1,5 @@
-//! The frame against the talk's tables: passes, stages, resources, formats, order. The frame's side is what was recorded
-//! and what the pipelines' SPIR-V states; nothing here is declared by the passes themselves.
+//! The frame against the talk's tables: passes, stages, resources, formats, order. The frame's side is its recorded
+//! commands and the pipelines' SPIR-V; the passes themselves declare nothing here.
 
 use crate::gpu;
 use crate::studio::asset;
@@ -7,56 +7,56 @@ use crate::studio::asset;
 use std::path::Path;
 
 use twobounce::settings::{Bounces, Settings};
-use twobounce::vk::{CallLog, DrawLog, FrameLog, Stage, ZoneLog};
+use twobounce::vk::{CallLog, DrawLog, FrameLog, ShaderStage, ZoneLog};
 
 const EDGE: u32 = 16;
 
 /// One pass of the talk ("Algorithm, how it's implemented in the 64k intro").
-struct Pass {
+struct TalkPass {
     zone: &'static str,
     /// The talk's own words, shortened.
     does: &'static str,
-    /// Stages that every one of its draws has; none for a fill.
-    stages: &'static [Stage],
+    /// Shader stages of every draw of the pass; none for a fill.
+    stages: &'static [ShaderStage],
     writes: Writes,
 }
 
 enum Writes {
     /// Fills of these buffers.
     Fills(&'static [&'static str]),
-    /// Nothing but buffers, over a square screen of so many pixels.
+    /// Only buffers, over a square screen of this many pixels.
     Buffers { screen: u32 },
     /// Seven RGBA16F targets of these levels of the volume, a layer per slice.
     Volume { name: &'static str, levels: std::ops::Range<u32> },
     /// The image.
     Image,
-    /// Which triangle is seen, and how deep.
+    /// The visible triangle and its depth.
     Visibility,
-    /// The image, of what was drawn, in a compute pass.
+    /// The image, from the drawn surfaces, in a compute pass.
     Resolved,
 }
 
-const VF: &[Stage] = &[Stage::Vertex, Stage::Fragment];
-const VGF: &[Stage] = &[Stage::Vertex, Stage::Geometry, Stage::Fragment];
+const VF: &[ShaderStage] = &[ShaderStage::Vertex, ShaderStage::Fragment];
+const VGF: &[ShaderStage] = &[ShaderStage::Vertex, ShaderStage::Geometry, ShaderStage::Fragment];
 
 const fn volume(name: &'static str, first: u32, end: u32) -> Writes {
     Writes::Volume { name, levels: first..end }
 }
 
 #[rustfmt::skip]
-const TALK: [Pass; 12] = [
-    Pass { zone: "reset", does: "reset buffer counters", stages: &[], writes: Writes::Fills(&["globals", "voxels"]) },
-    Pass { zone: "record", does: "record geometry triangles into a buffer", stages: VGF, writes: Writes::Buffers { screen: 128 } },
-    Pass { zone: "voxelise", does: "voxelise the recorded triangles", stages: VGF, writes: Writes::Buffers { screen: EDGE } },
-    Pass { zone: "shade 1", does: "sum and average, without a previous bounce", stages: VF, writes: volume("first bounce", 0, 1) },
-    Pass { zone: "mips 1", does: "multi-directional anisotropic preintegration", stages: VF, writes: volume("first bounce", 1, 5) },
-    Pass { zone: "reset lists", does: "reset some buffer counters", stages: &[], writes: Writes::Fills(&["globals", "voxels"]) },
-    Pass { zone: "voxelise 2", does: "voxelise the recorded triangles again", stages: VGF, writes: Writes::Buffers { screen: EDGE } },
-    Pass { zone: "shade 2", does: "now with the previous first bounce", stages: VF, writes: volume("second bounce", 0, 1) },
-    Pass { zone: "mips 2", does: "multi-directional anisotropic preintegration", stages: VF, writes: volume("second bounce", 1, 5) },
-    Pass { zone: "visibility", does: "ours: which triangle every sample sees", stages: VF, writes: Writes::Visibility },
-    Pass { zone: "image", does: "render the recorded triangles", stages: VF, writes: Writes::Image },
-    Pass { zone: "resolve", does: "ours: sky, blended surfaces, the mean of a pixel's samples", stages: &[], writes: Writes::Resolved },
+const TALK: [TalkPass; 12] = [
+    TalkPass { zone: "reset", does: "reset buffer counters", stages: &[], writes: Writes::Fills(&["globals", "voxels"]) },
+    TalkPass { zone: "record", does: "record geometry triangles into a buffer", stages: VGF, writes: Writes::Buffers { screen: 128 } },
+    TalkPass { zone: "voxelise", does: "voxelise the recorded triangles", stages: VGF, writes: Writes::Buffers { screen: EDGE } },
+    TalkPass { zone: "shade 1", does: "sum and average, without a previous bounce", stages: VF, writes: volume("first bounce", 0, 1) },
+    TalkPass { zone: "mips 1", does: "multi-directional anisotropic preintegration", stages: VF, writes: volume("first bounce", 1, 5) },
+    TalkPass { zone: "reset lists", does: "reset some buffer counters", stages: &[], writes: Writes::Fills(&["globals", "voxels"]) },
+    TalkPass { zone: "voxelise 2", does: "voxelise the recorded triangles again", stages: VGF, writes: Writes::Buffers { screen: EDGE } },
+    TalkPass { zone: "shade 2", does: "now with the previous first bounce", stages: VF, writes: volume("second bounce", 0, 1) },
+    TalkPass { zone: "mips 2", does: "multi-directional anisotropic preintegration", stages: VF, writes: volume("second bounce", 1, 5) },
+    TalkPass { zone: "visibility", does: "ours: which triangle every sample sees", stages: VF, writes: Writes::Visibility },
+    TalkPass { zone: "image", does: "render the recorded triangles", stages: VF, writes: Writes::Image },
+    TalkPass { zone: "resolve", does: "ours: sky, blended surfaces, the mean of a pixel's samples", stages: &[], writes: Writes::Resolved },
 ];
 
 fn frame(settings: &Settings) -> FrameLog {
@@ -82,7 +82,7 @@ fn differences(log: &FrameLog) -> Vec<String> {
     TALK.iter().flat_map(|pass| log.zones_named(pass.zone).flat_map(|zone| pass_differences(pass, zone))).collect()
 }
 
-fn pass_differences(pass: &Pass, zone: &ZoneLog) -> Vec<String> {
+fn pass_differences(pass: &TalkPass, zone: &ZoneLog) -> Vec<String> {
     let draws: Vec<&DrawLog> = zone.draws().collect();
     let mut wrong = Vec::new();
     let mut check = |holds: bool, what: &str| {
@@ -93,7 +93,7 @@ fn pass_differences(pass: &Pass, zone: &ZoneLog) -> Vec<String> {
     let dispatches = usize::from(matches!(pass.writes, Writes::Resolved));
     check(zone.dispatches().count() == dispatches, "is raster work, not compute");
     for draw in &draws {
-        let stages: Vec<Stage> = draw.stages.iter().map(|s| s.stage).collect();
+        let stages: Vec<ShaderStage> = draw.stages.iter().map(|s| s.stage).collect();
         check(stages == pass.stages, &format!("has stages {stages:?}"));
     }
     match &pass.writes {
@@ -200,7 +200,7 @@ fn a_pass_goes_by_one_name_everywhere() {
                 || root.join(format!("{folder}/{name}/mod.rs")).exists()
         };
         assert!(folders.iter().any(|f| beside(&format!("src/{f}"), ".rs")), "no file of src is called {name}");
-        for stage in pass.stages.iter().filter(|s| **s == Stage::Fragment) {
+        for stage in pass.stages.iter().filter(|s| **s == ShaderStage::Fragment) {
             let found = folders.iter().any(|f| {
                 beside(&format!("glsl/{f}"), ".frag") || root.join(format!("glsl/{f}/{name}/{name}.frag")).exists()
             });

@@ -1,4 +1,4 @@
-//! How light is gathered, against truths: sampled lamps, rays, directions shared among neighbours, all bounces.
+//! Gathered light against references: sampled lamps, rays, directions shared among neighbours, all bounces.
 
 use crate::gpu;
 
@@ -16,15 +16,15 @@ use twobounce::reference::cache::Cache;
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{
-    Alpha, Image, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureRef, View, Wrap,
-    analytic,
+    Alpha, LightKind, LoadOptions, Material, Mesh, Mip, Projection, Scene, Texture, TextureImage, TextureRef, View,
+    Wrap, analytic,
 };
 use twobounce::settings::{Bounces, Settings};
 use twobounce::stability::cases;
 use twobounce::stability::cell::{self, Cell, Effort};
 use twobounce::stability::row::Measured;
 
-/// Rays, few per place, shared among neighbours.
+/// Few rays per place, shared among neighbours.
 fn rays() -> Settings {
     gpu::with(Settings::default(), &["voxels=32", "rays.diffuse=16", "rays.bounce=8"])
 }
@@ -35,7 +35,7 @@ fn truth(scene: &str, image: &str) -> (Scene, Layers) {
     (scene, Layers::read_exr(&folder.join(format!("{image}.exr"))).expect("the image is there").0)
 }
 
-/// The image's layer less what the truth of direct light has, against `full` less the same.
+/// The image's layer less the reference's direct light, against `full` less the same.
 fn indirect(scene: &Scene, settings: &Settings, direct: &Layers, full: &Layers) -> Metrics {
     let view = scene.view(&scene.pose(None, 0.0), 0);
     let context = gpu::context();
@@ -47,7 +47,7 @@ fn indirect(scene: &Scene, settings: &Settings, direct: &Layers, full: &Layers) 
     metrics(&found, &less(full.beauty(), direct.beauty()), "indirect light").expect("images of one size")
 }
 
-/// How far a case of stability is from its ideal at worst, on a grid of 32³, at one place for each angle.
+/// The largest distance of a case of stability from its ideal, on a grid of 32³, at one place for each angle.
 fn distance(case: &str, preset: &str) -> f64 {
     let (context, cancel) = (gpu::context(), AtomicBool::new(false));
     let folder = tempfile::tempdir().expect("a folder");
@@ -63,11 +63,11 @@ fn distance(case: &str, preset: &str) -> f64 {
     let case = cases::named(case).expect("a case");
     let samples = case.run(&cell).expect("images");
     gpu::assert_clean(&context);
-    Measured::of(case, &samples, &[], 0.0).0.distance
+    Measured::of_samples(case, &samples, &[], 0.0).0.distance
 }
 
-/// The dark room is black to the bit: no ray leads there, and gathered pixels share no light across the wall. With links left out,
-/// a pixel has .5 of the lit room's light.
+/// The dark room is black to the bit: no ray leads there, and gathered pixels share no light across the wall. Without
+/// this check of links a pixel has .5 of the lit room's light.
 #[test]
 fn light_is_not_shared_across_a_wall_that_is_seen_on_edge() {
     for preset in ["fast", "balanced"] {
@@ -75,7 +75,8 @@ fn light_is_not_shared_across_a_wall_that_is_seen_on_edge() {
     }
 }
 
-/// The dark side of a roof is black to the bit: it is lit by nothing, and shares nothing with the lit side across the ridge.
+/// The dark side of a roof is black to the bit: nothing lights it, and it shares no light with the lit side across the
+/// ridge.
 #[test]
 fn light_is_not_shared_across_a_crease() {
     for preset in ["fast", "balanced"] {
@@ -83,9 +84,9 @@ fn light_is_not_shared_across_a_crease() {
     }
 }
 
-/// Beside what stands on a floor the floor has as much light as the path tracer finds. The tolerance pays for light that is gathered
-/// at fewer pixels than the image has: `fast` takes a sixteenth of them. With lamps' light shared whatever shadow lies on it, `fast`
-/// was at 1.26, and `balanced` at 1.08.
+/// Beside objects on a floor, the floor has as much light as the path tracer finds. The tolerance covers light that is
+/// gathered at fewer pixels than the image has: `fast` gathers at a sixteenth of them. When lamps' light was shared
+/// across shadows, `fast` was at 1.26, and `balanced` at 1.08.
 #[test]
 fn no_bright_strip_lies_beside_what_stands_on_a_floor() {
     for (preset, most) in [("fast", 0.08), ("balanced", 0.035)] {
@@ -103,15 +104,15 @@ fn sampled_lamps_give_the_path_traced_direct_light() {
         let settings = gpu::with(rays(), &["lights.lamp_points=64", "image.gather_resolution=full", &shared]);
         let layers = vec![Aov::Direct];
         let image = gpu::render_layers(&gpu::context(), &scene, &settings, direct.width, view, layers).read();
-        // Without the lamp itself, a hundred times brighter than the room: four samples cannot tell how much of a pixel
-        // it fills.
+        // Without the lamp itself, which is a hundred times brighter than the room: four samples cannot measure its
+        // share of a pixel.
         let pairs = image.get(Aov::Direct).expect("asked for").iter().zip(direct.beauty());
         let lit = pairs.filter(|(a, b)| a[0].max(b[0]) < 2.0).map(|(a, b)| (*a, *b));
         let (found, truth): (Vec<_>, Vec<_>) = lit.unzip();
         assert!(truth.len() > direct.beauty().len() * 9 / 10);
         let found = metrics(&found, &truth, "direct").expect("one size");
-        // Alone: noise of 64 points in penumbrae, lamp and edges once per pixel. Shared: shadows' edges are as wide as
-        // five of the 64 pixels.
+        // Without sharing: noise of 64 points in penumbrae, lamp and edges once per pixel. With it, shadows' edges are
+        // as wide as five of the 64 pixels.
         let right = (found.energy - 1.0).abs() < 0.01 && found.rel < most;
         assert!(right, "interleave {interleave}: energy {}, rel {}", found.energy, found.rel);
     }
@@ -125,8 +126,8 @@ fn rays_give_the_path_traced_indirect_light() {
         // depth3 and depth4 are one and two indirect bounces.
         let bounces = if name == "cornell-area" { Bounces::One } else { Bounces::Two };
         let found = indirect(&scene, &Settings { bounces, ..rays() }, &direct, &two);
-        // 256 directions among 16 neighbours, voxels of 1/27 of the room, and an image so small that neighbours lie a
-        // voxel apart; about the lamp, which hides a part of the ceiling in its own voxels, more.
+        // 256 directions among 16 neighbours, voxels of 1/27 of the room, and an image so small that neighbours are a
+        // voxel apart; about the lamp, which hides a part of the ceiling in its own voxels, the tolerance is larger.
         assert!((found.energy - 1.0).abs() < 0.02 && found.rel < most, "{name}: {found:?}");
     }
 }
@@ -143,7 +144,7 @@ fn half_the_gathers_change_little() {
 
 #[test]
 fn no_light_is_shared_across_a_step() {
-    // A slot in a floor that is open to the sky: what lies in it sees a quarter of the sky, the floor about it sees all.
+    // A slot in a floor under the open sky: its bottom sees a quarter of the sky, the floor around it all of the sky.
     let (width, depth) = (0.11_f32, 0.22_f32);
     let mut scene = Scene::empty("a slot in a floor");
     let grey = scene.add_material(Material { double_sided: true, ..Material::lambert("grey", Vec3::splat(0.5)) });
@@ -191,8 +192,8 @@ fn an_open_floor_sends_what_the_sky_gives() {
     }
 }
 
-/// A floor under a lamp two metres above it; the lamp a square cut into `cells`² squares, with a texture of which the left
-/// half shines, or without.
+/// A floor under a lamp two metres above it. The lamp is a square cut into `cells`² squares, without a texture or with
+/// one whose left half emits.
 fn floor_and_lamp(cells: u32, textured: bool) -> Scene {
     let mut scene = Scene::empty("floor and lamp");
     let grey = scene.add_material(Material::lambert("grey", Vec3::splat(0.5)));
@@ -201,7 +202,7 @@ fn floor_and_lamp(cells: u32, textured: bool) -> Scene {
     let mut lamp = Material { emissive: Vec3::splat(3.0), ..Material::lambert("lamp", Vec3::ZERO) };
     if textured {
         let rgba = vec![255, 255, 255, 255, 0, 0, 0, 255];
-        scene.images.push(Image { name: "half".into(), width: 2, height: 1, rgba });
+        scene.images.push(TextureImage { name: "half".into(), width: 2, height: 1, rgba });
         let wrap = [Wrap::Clamp; 2];
         scene.textures.push(Texture { image: 0, wrap, mag_linear: false, min_linear: false, mip: Mip::None });
         lamp.emissive_texture = Some(TextureRef { texture: 0, uv_set: 0, transform: Default::default() });
@@ -215,7 +216,7 @@ fn floor_and_lamp(cells: u32, textured: bool) -> Scene {
     scene
 }
 
-/// Mean direct light of the floor about `x`, and what the form factor of the lamp between x = −0.5 and `end` makes of it.
+/// Mean direct light of the floor about `x`, and the value by the form factor of the lamp between x = −0.5 and `end`.
 fn lit(scene: &Scene, x: f64, end: f64) -> (f64, f64) {
     let projection = Projection::Orthographic { half_height: 0.05, near: 0.01, far: 10.0 };
     let down = View { eye: DVec3::new(x, 1.0, 0.0), forward: DVec3::NEG_Y, up: DVec3::Z, projection };
@@ -231,7 +232,7 @@ fn lit(scene: &Scene, x: f64, end: f64) -> (f64, f64) {
 fn a_lamp_lights_by_its_form_factor_whole_cut_and_textured() {
     for x in [0.0, 1.5] {
         let (one, expected) = lit(&floor_and_lamp(1, false), x, 0.5);
-        // Nothing is in shadow: nothing is noisy. The image's mean over 0.1 m is not its middle.
+        // Nothing is in shadow, so nothing is noisy. The image's mean over 0.1 m differs from its middle.
         assert!((one / expected - 1.0).abs() < 0.005, "one lamp, {x}: {one} is not {expected}");
         // 512 triangles and 8 points: the mean of 256 pixels, each of 16 candidates from the tree.
         let (many, expected) = lit(&floor_and_lamp(16, false), x, 0.5);
@@ -265,7 +266,7 @@ fn all_bounces_fill_a_furnace_and_stay_bounded() {
     let cones = gpu::with(Settings::cones(), &["cones.set=g8", "cones.step=1.5"]);
     for settings in [all(rays()), all(cones)] {
         let (mean, most, settling) = furnace(0.8, &settings);
-        // The bounds pay for what two bounces lose in corners (see passes_light.rs), bounce after bounce, and for f16.
+        // The bounds cover the loss of two bounces in corners (see passes_light.rs), bounce after bounce, and f16.
         let right = (0.85..=1.02).contains(&(mean / 5.0)) && most <= 1.03 * 5.0;
         assert!(right && settling < MOST_SETTLING, "{mean} and {most} of 5 after {settling}");
         for albedo in [0.99, 1.0] {
@@ -291,12 +292,13 @@ fn a_light_that_goes_leaves_no_long_trail() {
     let mut gone = pose.clone();
     gone.lights[0].position.y += 1e4; // far above the closed ceiling
     let trail: Vec<f64> = (0..8).map(|_| mean(&gone) / lit).collect();
-    // Each frame keeps what one bounce off walls of 0.73, a third of them coloured, and of what lies open does.
+    // Each frame keeps the share of light that one bounce leaves: walls of 0.73, a third of them coloured, and
+    // openings.
     assert!(trail.windows(2).all(|w| w[1] < 0.55 * w[0] + 1e-6), "{trail:?}");
     assert!(trail[7] < 0.01, "{trail:?}");
 }
 
-/// A rough, dark floor, and at its end a small wall in the sun, a thousand times as bright.
+/// A rough, dark floor, and at its end a small sunlit wall, a thousand times as bright.
 fn floor_before_a_bright_wall() -> (Scene, View) {
     let mut scene = Scene::empty("floor");
     let stone = Material { roughness: 0.8, specular: 1.0, ..Material::lambert("stone", Vec3::splat(0.2)) };
@@ -308,7 +310,7 @@ fn floor_before_a_bright_wall() -> (Scene, View) {
         Mesh::quad("wall", white, Vec3::new(-0.3, 0.5, -2.0), Vec3::X * 0.6, Vec3::Y * 0.5),
         DAffine3::IDENTITY,
     );
-    // Along the floor: it shines on the wall alone.
+    // The light shines along the floor, on the wall alone.
     scene.add_light(LightKind::Directional, Vec3::splat(50.0), DAffine3::IDENTITY);
     let projection = Projection::Perspective { fov: 0.7, near: 0.01, far: f32::INFINITY };
     let (eye, to) = (DVec3::new(0.0, 2.2, 2.2), DVec3::new(0.0, 0.0, 0.2));
@@ -332,15 +334,15 @@ fn a_rough_floor_has_no_sparks() {
     let truth = truth.get(Aov::Indirect).expect("asked for");
     let brightest = |image: &[[f32; 3]]| image.iter().map(|p| p[1]).fold(0.0, f32::max);
     let mean = |image: &[[f32; 3]]| image.iter().map(|p| p[1]).sum::<f32>() / image.len() as f32;
-    // One ray in the lobe that meets the wall brings a hundred times of what the floor sends else.
+    // One ray in the lobe that meets the wall brings a hundred times as much light as the rest of the floor.
     assert!(brightest(&found) < 1.5 * brightest(truth), "{} of {}", brightest(&found), brightest(truth));
-    // The rest of the error is how often directions, the same all over the floor, happen to meet the wall: 17 % with 14
-    // by 16 of them.
+    // The rest of the error is the chance that directions, which are equal all over the floor, meet the wall: 17 % with
+    // 14 by 16 of them.
     let ratio = mean(&render(&gpu::with(settings, &["rays.diffuse=64"]))) / mean(truth);
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
 }
 
-/// A room that a lamp lights, and a sheet across it that hides what is behind: opaque, or blended with an alpha of 1.
+/// A room lit by a lamp, and a sheet across it that hides its back: opaque, or blended with an alpha of 1.
 fn sheet_in_a_room(alpha: Alpha) -> Scene {
     let mut scene = Scene::empty("a sheet in a room");
     let white = scene.add_material(Material { double_sided: true, ..Material::lambert("white", Vec3::splat(0.7)) });
@@ -356,8 +358,8 @@ fn sheet_in_a_room(alpha: Alpha) -> Scene {
     scene
 }
 
-/// Light is gathered for the nearest blended surface as for the nearest opaque one. Where each pixel looks for itself, as behind
-/// another blended surface, the sheet shows the pattern of its directions.
+/// Light is gathered for the nearest blended surface as for the nearest opaque one. Where each pixel gathers for
+/// itself, as behind another blended surface, the sheet shows the pattern of its directions.
 #[test]
 fn a_blended_sheet_gathers_as_an_opaque_one() {
     let view = View::look_at(DVec3::new(0.0, 0.0, 0.9), DVec3::new(0.0, 0.0, -0.5), DVec3::Y, 0.9);
@@ -372,17 +374,17 @@ fn a_blended_sheet_gathers_as_an_opaque_one() {
         (squares.sum::<f64>() / opaque.len() as f64).sqrt()
     };
     let blended = apart(&indirect(&sheet_in_a_room(Alpha::Blend)));
-    // A shadow ray may pass what is blended otherwise than what is opaque; list items stand at other places of their voxels.
+    // A shadow ray may pass blended and opaque surfaces differently; list items lie at other places of their voxels.
     assert!(blended < 0.02, "{blended}");
 }
 
-/// Each gathered pixel stands for a square of the image, and its light is that of the middle, wherever samples are: light of a lamp
-/// above lies as high in the image as with light that is gathered at every pixel.
+/// Each gathered pixel represents a square of the image by the light of its middle, wherever its samples are: light of
+/// a lamp above has the same height in the image as light that is gathered at every pixel.
 #[test]
 fn gathered_light_does_not_shift() {
     let view = View::look_at(DVec3::new(0.0, 0.0, 0.9), DVec3::new(0.0, 0.0, -0.5), DVec3::Y, 0.9);
     let scene = sheet_in_a_room(Alpha::Opaque);
-    // Pixels below the middle, in the mean of the light.
+    // Pixels below the middle, weighted by their light.
     let height = |changes: &[&str]| {
         let settings = gpu::with(
             rays(),
@@ -398,7 +400,7 @@ fn gathered_light_does_not_shift() {
         [["image.gather_resolution=quarter", "image.samples=1"], ["image.gather_resolution=full", "image.samples=4"]]
     {
         let off = height(&changes) - at_pixels;
-        // Noise of points on the lamp; light that is gathered at samples is .11 pixels off.
+        // Noise of points on the lamp; light that is gathered at samples is shifted by .11 pixels.
         assert!(off.abs() < 0.05, "{changes:?}: {off} pixels");
     }
 }

@@ -1,6 +1,6 @@
 //! Reflections, glass, penumbrae and ambient occlusion against the path tracer, on scenes made for them
-//! (`tests/common/gloss.rs`), and the page that says how close they come: `docs/notes/specular.md`. Where an image changed for the
-//! better, TWOBOUNCE_WRITE_DOCS=1 with TWOBOUNCE_TEST_MORE=1 writes the page anew.
+//! (`tests/common/gloss.rs`), and the page with their errors: `docs/notes/specular.md`. Where an image changed for the
+//! better, TWOBOUNCE_WRITE_DOCS=1 with TWOBOUNCE_TEST_MORE=1 writes the page again.
 
 use crate::gloss;
 use crate::gpu;
@@ -25,7 +25,7 @@ const SIZE: u32 = 64;
 const SAMPLES: u32 = 192;
 const LAYERS: [Aov; 4] = [Aov::Direct, Aov::Indirect, Aov::Ao, Aov::Albedo];
 
-/// Settings that every row starts from, besides the preset `cones`: the rows measure gloss.
+/// Settings of every row besides the preset `cones`: the rows measure gloss.
 const BASE: [&str; 2] = ["voxels=64", "lights.lamp_points=16"];
 
 fn settings(changes: &[&str]) -> Settings {
@@ -38,7 +38,7 @@ fn view(scene: &Scene) -> View {
     scene.view(&scene.pose(None, 0.0), 0)
 }
 
-/// Full light. Kept between runs where TWOBOUNCE_CACHE names a folder.
+/// The reference of full light. It is kept between runs where TWOBOUNCE_CACHE names a folder.
 fn truth(scene: &Scene, depth: Depth) -> Layers {
     let (view, stop) = (view(scene), Stop::Samples(SAMPLES));
     let options = Options { width: SIZE, height: SIZE, depth, stop, seed: 0, occlusion: true };
@@ -57,7 +57,7 @@ fn image(scene: &Scene, settings: &Settings) -> Layers {
     gpu::render_layers(&gpu::context(), scene, settings, SIZE, view(scene), LAYERS.to_vec()).read()
 }
 
-/// Of the pixels of `layer` for which `counts` holds.
+/// The metrics of the pixels of `layer` for which `counts` holds.
 fn over(image: &Layers, truth: &Layers, layer: Aov, counts: impl Fn(usize) -> bool) -> Metrics {
     let pick = |l: &Layers| -> Vec<[f32; 3]> {
         let pixels = l.get(layer).expect("a layer");
@@ -68,7 +68,7 @@ fn over(image: &Layers, truth: &Layers, layer: Aov, counts: impl Fn(usize) -> bo
     metrics(&a, &b, "reference").expect("light")
 }
 
-/// Whether a pixel's middle shows a ball at `center`, its rim left out.
+/// Whether a pixel's middle shows a ball at `center`, without its rim.
 fn shows(scene: &Scene, pixel: usize, center: DVec3, radius: f64) -> bool {
     let view = view(scene);
     let twobounce::scene::Projection::Perspective { fov, .. } = view.projection else { unreachable!("perspective") };
@@ -79,22 +79,22 @@ fn shows(scene: &Scene, pixel: usize, center: DVec3, radius: f64) -> bool {
     to.cross(d).length() < 0.93 * radius
 }
 
-/// Part of a scene's image that is compared with the truth.
+/// The part of a scene's image that is compared with the reference.
 #[derive(Clone, Copy, Debug)]
-enum Part {
+enum Region {
     /// One of the row's spheres.
     Sphere(usize),
     Ball,
     Pane,
     /// The reflections of two mirrors in each other.
     Mirrors,
-    /// The direct light of all of it.
+    /// The direct light of the whole image.
     Direct,
     /// The open share of the hemisphere.
     Ao,
 }
 
-impl Part {
+impl Region {
     fn over(self, scene: &Scene, image: &Layers, truth: &Layers) -> Metrics {
         let ball = |center: DVec3, radius: f64| over(image, truth, Aov::Beauty, |i| shows(scene, i, center, radius));
         match self {
@@ -103,7 +103,7 @@ impl Part {
             Self::Pane => ball(DVec3::Z, 0.4),
             Self::Mirrors => ball(DVec3::ZERO, 0.4),
             Self::Direct => over(image, truth, Aov::Direct, |_| true),
-            // Where a wall is seen whole.
+            // A part in which a whole wall is visible.
             Self::Ao => over(image, truth, Aov::Ao, |i| truth.get(Aov::Albedo).expect("a layer")[i][0] > 0.49),
         }
     }
@@ -116,28 +116,30 @@ const RAYS: &[&str] = &["method=rays", "rays.diffuse=32", "rays.glossy=8"];
 const ALL: &[&str] = &["method=rays", "rays.diffuse=32", "rays.glossy=8", "bounces=all"];
 const MANY_RAYS: &[&str] = &["method=rays", "rays.diffuse=32", "rays.glossy=32"];
 
-struct Subject {
+struct GlossScene {
     name: &'static str,
     scene: Scene,
     depth: Depth,
-    parts: &'static [Part],
-    /// Settings that are tried, with the most `rel` may be in the mean of the parts, and how far the energy may be off.
+    parts: &'static [Region],
+    /// The tested settings, with the largest mean `rel` of the parts, and the largest deviation of the energy.
     tries: &'static [(&'static [&'static str], f64, f64)],
 }
 
-const SPHERES: &[Part] =
-    &[Part::Sphere(0), Part::Sphere(1), Part::Sphere(2), Part::Sphere(3), Part::Sphere(4), Part::Sphere(5)];
+const SPHERES: &[Region] =
+    &[Region::Sphere(0), Region::Sphere(1), Region::Sphere(2), Region::Sphere(3), Region::Sphere(4), Region::Sphere(5)];
 
-/// Every subject. The tolerances pay, in all of them, for the reference's noise (1 to 3 %) and for edges, which cones and rays
-/// see once per pixel and the reference as often as it has paths.
-fn subjects() -> Vec<Subject> {
-    let full = |name, scene, parts, tries| Subject { name, scene, depth: Depth::Full, parts, tries };
-    // Two bounces of the room: what is seen in a mirror has as many as what is seen directly.
-    let row =
-        |name, metal, tries| Subject { depth: Depth::Bounces(2), ..full(name, gloss::spheres(metal), SPHERES, tries) };
+/// Every subject. All tolerances cover the reference's noise (1 to 3 %) and edges, which cones and rays see once per
+/// pixel and the reference once per path.
+fn subjects() -> Vec<GlossScene> {
+    let full = |name, scene, parts, tries| GlossScene { name, scene, depth: Depth::Full, parts, tries };
+    // Two bounces of the room, directly and in the mirror.
+    let row = |name, metal, tries| GlossScene {
+        depth: Depth::Bounces(2),
+        ..full(name, gloss::spheres(metal), SPHERES, tries)
+    };
     vec![
-        // The rest: squares of the room are 10 voxels and in the mirrors a pixel or less; the volume blurs their edges. One ray
-        // stands for a whole lobe, as a cone does, and no cone leans down as a rough lobe does.
+        // The rest: squares of the room are 10 voxels and in the mirrors a pixel or less; the volume blurs their edges.
+        // One ray represents a whole lobe, as a cone does, and no cone leans down as a rough lobe does.
         row(
             "metal",
             true,
@@ -152,39 +154,39 @@ fn subjects() -> Vec<Subject> {
         // Eight rays of each sphere's lobe: .987 of the energy on llvmpipe, .969 on an NVIDIA H200.
         row("lacquer", false, &[(CONES, 0.15, 0.03), (RAYS, 0.13, 0.04)]),
         // A pixel is one ray here, and has edges of the wall's squares.
-        Subject {
+        GlossScene {
             depth: Depth::Bounces(2),
-            ..full("two mirrors", gloss::two_mirrors(), &[Part::Mirrors], &[(RAYS, 0.12, 0.03)])
+            ..full("two mirrors", gloss::two_mirrors(), &[Region::Mirrors], &[(RAYS, 0.12, 0.03)])
         },
-        full("two mirrors, all bounces", gloss::two_mirrors(), &[Part::Mirrors], &[(ALL, 0.15, 0.03)]),
-        // Light that glass reflects inside is taken to be as bright as the light that is seen through it; here, the
-        // room is black. A frosted ball is frosted where light enters and smooth where it leaves.
-        full("glass ball", gloss::glass_ball(1.5, 0.0), &[Part::Ball], &[(CONES, 0.45, 0.03), (RAYS, 0.17, 0.07)]),
-        full("ball of ior 1", gloss::glass_ball(1.0, 0.0), &[Part::Ball], &[(CONES, 0.25, 0.08), (RAYS, 0.12, 0.02)]),
-        full("frosted ball", gloss::glass_ball(1.5, 0.3), &[Part::Ball], &[(CONES, 0.41, 0.22), (RAYS, 0.22, 0.16)]),
-        full("thin pane", gloss::thin_pane(0.0), &[Part::Pane], &[(CONES, 0.15, 0.02), (RAYS, 0.12, 0.02)]),
+        full("two mirrors, all bounces", gloss::two_mirrors(), &[Region::Mirrors], &[(ALL, 0.15, 0.03)]),
+        // Light that glass reflects inside is approximated by the light that is seen through it; here the room is
+        // black. A frosted ball is frosted where light enters and smooth where it leaves.
+        full("glass ball", gloss::glass_ball(1.5, 0.0), &[Region::Ball], &[(CONES, 0.45, 0.03), (RAYS, 0.17, 0.07)]),
+        full("ball of ior 1", gloss::glass_ball(1.0, 0.0), &[Region::Ball], &[(CONES, 0.25, 0.08), (RAYS, 0.12, 0.02)]),
+        full("frosted ball", gloss::glass_ball(1.5, 0.3), &[Region::Ball], &[(CONES, 0.41, 0.22), (RAYS, 0.22, 0.16)]),
+        full("thin pane", gloss::thin_pane(0.0), &[Region::Pane], &[(CONES, 0.15, 0.02), (RAYS, 0.12, 0.02)]),
         full(
             "penumbra of 0 m",
             gloss::penumbra(0.0),
-            &[Part::Direct],
+            &[Region::Direct],
             &[(CONES, 0.04, 0.01), (&["lights.shadows=method"], 0.13, 0.08)],
         ),
         full(
             "penumbra of 0.1 m",
             gloss::penumbra(0.1),
-            &[Part::Direct],
+            &[Region::Direct],
             &[(CONES, 0.06, 0.02), (&["lights.shadow_rays=16"], 0.04, 0.02), (&["lights.shadows=method"], 0.14, 0.08)],
         ),
         full(
             "penumbra of 0.25 m",
             gloss::penumbra(0.25),
-            &[Part::Direct],
+            &[Region::Direct],
             &[(CONES, 0.11, 0.02), (&["lights.shadow_rays=16"], 0.045, 0.02), (&["lights.shadows=method"], 0.15, 0.06)],
         ),
         full(
             "corner",
             gloss::corner(),
-            &[Part::Ao],
+            &[Region::Ao],
             &[(CONES, 0.07, 0.04), (&["method=rays", "rays.diffuse=64"], 0.04, 0.02)],
         ),
     ]
@@ -222,9 +224,9 @@ fn gloss_is_as_close_as_its_page_says() {
     let written = std::fs::read_to_string(&page).unwrap_or_default();
     let mut lines = Vec::new();
     let mut wrong = Vec::new();
-    // Every subject would trace two million paths more and change no pass that these leave out.
+    // Every subject would trace two million paths more and exercise no further pass.
     let subjects = subjects().into_iter().filter(|subject| more::all() || SHORT.contains(&subject.name));
-    for Subject { name, scene, depth, parts, tries } in subjects {
+    for GlossScene { name, scene, depth, parts, tries } in subjects {
         let truth = truth(&scene, depth);
         for (changes, most_rel, most_energy) in tries {
             let image = image(&scene, &settings(changes));
@@ -267,7 +269,7 @@ fn gloss_is_as_close_as_its_page_says() {
     for (start, values) in &lines {
         let stated = rows.get(start.as_str()).unwrap_or_else(|| panic!("docs/notes/specular.md lacks {start}"));
         for (stated, value) in stated.iter().zip(values) {
-            // Rounding to a hundredth, and drivers that filter and rasterise a little differently.
+            // Rounding to a hundredth, and small differences of drivers in filtering and rasterisation.
             assert!(
                 (stated - value).abs() < 0.02,
                 "docs/notes/specular.md is stale: {start} {stated} is {value:.3} now"
@@ -276,7 +278,7 @@ fn gloss_is_as_close_as_its_page_says() {
     }
 }
 
-/// Where a line's numbers begin, and the numbers.
+/// The start of a line's numbers, and the numbers.
 fn read_line(line: &str) -> (&str, Vec<f64>) {
     let (start, numbers) = line.match_indices('|').nth(2).map(|(i, _)| line.split_at(i + 1)).expect("four cells");
     (start, numbers.split([' ', '|']).filter(|t| !t.is_empty()).map(|t| t.parse().expect("a number")).collect())
@@ -311,7 +313,7 @@ fn sun_over_a_rough_floor() -> Scene {
     scene
 }
 
-/// Half of the light that the floor sends goes on towards the wall, in a lobe: sent evenly, as list items send what they scatter, it
+/// Half of the floor's outgoing light goes on towards the wall, in a lobe. Evenly scattered, as list items send it, it
 /// would be a fraction of that.
 #[test]
 fn a_rough_floor_sends_grazing_light_onwards() {
@@ -321,12 +323,12 @@ fn a_rough_floor_sends_grazing_light_onwards() {
     let indirect =
         |image: &Layers| image.get(Aov::Indirect).expect("asked for").iter().map(|p| f64::from(p[1])).sum::<f64>();
     let energy = indirect(&image(&scene, &settings)) / indirect(&truth(&scene, Depth::Bounces(1)));
-    // The reference's noise, and few bits of direction and roughness.
+    // The reference's noise, and the few bits of stored directions and roughness.
     assert!((energy - 1.0).abs() < 0.03, "{energy}");
 }
 
-/// A floor with that roughness, as a dielectric or a metal, and a square lamp of half a metre so many metres above it; far above,
-/// `far` rows of as many small lamps.
+/// A floor with that roughness, as a dielectric or a metal, and a square lamp of half a metre this many metres above
+/// it; far above, `far` rows of as many small lamps.
 fn lamp_above_a_floor(roughness: f32, metallic: f32, height: f32, far: usize) -> Scene {
     let mut scene = Scene::empty("a lamp above a floor");
     let floor = Material { roughness, metallic, specular: 1.0, ..Material::lambert("floor", Vec3::splat(0.5)) };
@@ -350,10 +352,12 @@ fn lamp_above_a_floor(roughness: f32, metallic: f32, height: f32, far: usize) ->
     scene
 }
 
-/// Points on lamps and rays of the lobe find a lamp's reflection together: none of it twice, none lost, and no pixel far too bright.
+/// Points on lamps and rays of the lobe together find a lamp's reflection: no part twice, none lost, and no pixel far
+/// too bright.
 #[test]
 fn a_lamps_reflection_in_a_floor_is_whole_and_without_sparks() {
-    // More where a pixel has one ray for a narrow lobe, on a metal, which has nothing gathered, and close to the lamp.
+    // The tolerance is larger where a pixel has one ray for a narrow lobe, on a metal, which has nothing gathered, and
+    // close to the lamp.
     let cases = [
         (0.1, 0.0, 1.0, 0, 3.0),
         (0.2, 0.0, 1.0, 0, 2.5),
@@ -376,8 +380,8 @@ fn a_lamps_reflection_in_a_floor_is_whole_and_without_sparks() {
         };
         let truth = truth.get(Aov::Direct).expect("asked for");
         let ratio = |image: &[[f32; 3]], i: usize| f64::from(image[i][1]) / f64::from(truth[i][1]);
-        // Beside the lamp itself and dark places, where few paths say what is true.
-        let median = Spread::of(truth.iter().map(|p| f64::from(p[1]))).median;
+        // Pixels beside the lamp itself and dark places, whose reference few paths determine, are left out.
+        let median = Spread::of_values(truth.iter().map(|p| f64::from(p[1]))).median;
         let counts: Vec<usize> = (0..truth.len()).filter(|i| f64::from(truth[*i][1]) > 0.1 * median).collect();
         let one = direct(&[]);
         let worst = counts.iter().map(|i| ratio(&one, *i)).fold(0.0, f64::max);
@@ -390,7 +394,7 @@ fn a_lamps_reflection_in_a_floor_is_whole_and_without_sparks() {
     }
 }
 
-/// A mirror opposite to a white wall, in a closed room that a lamp at the ceiling lights.
+/// A mirror opposite a white wall, in a closed room lit by a lamp at the ceiling.
 fn room_with_a_mirror() -> Scene {
     let mut scene = Scene::empty("a room with a mirror");
     let white = scene.add_material(Material { double_sided: true, ..Material::lambert("white", Vec3::splat(0.7)) });
@@ -409,8 +413,8 @@ fn room_with_a_mirror() -> Scene {
     scene
 }
 
-/// Every pass over the image has light of its own: the spots that few directions leave on a mirrored wall go as passes add up. Of one
-/// light for all passes they would stay.
+/// Every pass over the image has light of its own: the spots that few directions leave on a mirrored wall disappear as
+/// passes add up. With one light for all passes they would stay.
 #[test]
 fn spots_in_a_mirror_go_as_passes_add_up() {
     let scene = room_with_a_mirror();
@@ -430,8 +434,8 @@ fn spots_in_a_mirror_go_as_passes_add_up() {
     assert!(after < 0.9 * before && spots > 0.025, "{before} {after} {spots}");
 }
 
-/// Nothing is gathered for a smooth metal, so that rays find what a rough coat over it mirrors: with layers beside the image and
-/// without, all of it.
+/// Nothing is gathered for a smooth metal, so rays find what a rough coat over it reflects, with or without layers
+/// beside the image.
 #[test]
 fn a_rough_coat_over_a_smooth_metal_keeps_its_light() {
     let mut scene = Scene::empty("a coated floor");
@@ -449,7 +453,8 @@ fn a_rough_coat_over_a_smooth_metal_keeps_its_light() {
     let bare = gpu::render_layers(&gpu::context(), &scene, &settings, SIZE, view(&scene), vec![]).read();
     let image = image(&scene, &settings);
     assert!(image.beauty() == bare.beauty(), "layers change the image");
-    // A coat is approximated (docs/materials.md): so rough a one is 11 % too dark. With what is gathered instead of rays it is black.
+    // A coat is approximated (docs/materials.md): one of this roughness is 11 % too dark. With gathered light instead
+    // of rays it is black.
     let energy = over(&image, &truth, Aov::Beauty, |_| true).energy;
     assert!((energy - 1.0).abs() < 0.13, "{energy}");
 }

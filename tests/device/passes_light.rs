@@ -22,10 +22,10 @@ fn furnace_ratio(albedo: f32, block: bool, settings: &Settings) -> (f64, f64) {
 fn saturating_cones_and_rays_keep_a_furnaces_energy_and_makes_none() {
     for (albedo, block) in [(0.5, false), (0.5, true), (0.8, false), (0.8, true)] {
         let cones = gpu::with(Settings::cones(), &["cones.set=g8", "cones.step=1.5"]);
-        // A tenth is what cones lose between their start and their first sample, and in corners; two hundredths what rays lose
-        // in voxels that hold parts of two walls; a hundredth is f16 in two volumes and their mips.
+        // Cones lose a tenth between their start and their first sample, and in corners; rays lose two hundredths in
+        // voxels that hold parts of two walls; f16 in two volumes and their mips takes a hundredth.
         for (settings, least) in [(cones, 0.9), (Settings::fast(), 0.98)] {
-            // Lamps whose light is sampled are not in the volumes, and here every wall is one.
+            // Lamps that are sampled are not in the volumes, and here every wall is a lamp.
             let settings = gpu::with(settings, &["voxels=32", "lights.lamps=gathered"]);
             let (mean, most) = furnace_ratio(albedo, block, &settings);
             let right = (least..=1.01).contains(&mean) && most < 1.01;
@@ -68,7 +68,7 @@ fn ambient_occlusion_under_a_square_is_the_form_factors() {
         let open = image.get(Aov::Ao).expect("the layer asked for");
         open.iter().map(|p| f64::from(p[0])).sum::<f64>() / open.len() as f64
     };
-    // The floor itself hides nothing.
+    // The floor itself occludes nothing.
     let open = at(&sheltered(None));
     assert!((open - 1.0).abs() < 0.02, "open floor: {open}");
     for half in [0.5, 1.0, 1.9] {

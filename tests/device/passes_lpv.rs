@@ -1,4 +1,5 @@
-//! Light propagation: steps on the device against their twin and against numbers worked out by hand. `lpv.rs` holds the method as a whole.
+//! Light propagation: steps on the device against their twin and against numbers worked out by hand. `lpv.rs` checks
+//! the method as a whole.
 
 mod steps;
 
@@ -17,7 +18,7 @@ use twobounce::vk::*;
 
 const LOBES: Rules = Rules::Lobes { own: false, integral: 4.0 * PI };
 const OWN_LOBES: Rules = Rules::Lobes { own: true, integral: 4.0 * PI };
-/// The source's, with the coefficients that its author published.
+/// The source's settings, with the coefficients that its author published.
 const PUBLISHED_LOBES: Rules = Rules::Lobes { own: true, integral: PI };
 const BEAMS: Rules = Rules::Beams(0.5);
 
@@ -33,7 +34,7 @@ fn near(got: f64, expected: f64, what: &str) {
     assert!((got - expected).abs() <= 3e-6 * expected.abs().max(0.1), "{what}: {got} is not {expected}");
 }
 
-/// Shares of a light of 1 that go ahead, to each side, and back, by the listing's solid angles: lobes that are cut off gain
+/// Shares of a light of 1 that go ahead, to each side, and back, by the listing's solid angles: clamped lobes gain
 /// 0.1382, beams neither gain nor lose.
 #[test]
 fn one_light_after_one_and_two_steps_is_as_by_hand() {
@@ -60,7 +61,7 @@ fn one_light_after_one_and_two_steps_is_as_by_hand() {
         near(at(&once, middle), 0.0, "its own cell");
         near(once.iter().sum(), gain, "all cells after one step");
         if rules == LOBES {
-            // From what is ahead: flux a, and a moment along x of twice what went onto the opposite face.
+            // From the cell behind: flux a, and a moment along x of twice the flux onto the opposite face.
             let opposite = 22.95668 / 720.0;
             let crossing = opposite + 4.0 * 24.26083 / 720.0 * 2.0 / 5f64.sqrt();
             let (twice, _) = steps.run(&start, 2);
@@ -80,7 +81,7 @@ fn steps_are_their_twins() {
             *cell = Cell { flux, moment: random.direction() * flux * random.unit() };
         }
         for passage in &mut start.passages {
-            // As sixteen bits hold it.
+            // Rounded to sixteen bits.
             *passage = std::array::from_fn(|_| (random.unit() * 65535.0).round() / 65535.0);
         }
         let (got, sums) = Steps::new(&context, 16, rules).run(&start, 3);
@@ -100,13 +101,13 @@ fn steps_are_their_twins() {
         }
         let expected = light.cells.iter().map(|cell| cell.flux).chain(added.into_iter().flatten());
         for (got, expected) in got.into_iter().chain(sums.into_iter().flatten()).zip(expected) {
-            // f32, and what is left of it in 1 + g² − 2 g cos θ where a narrow beam goes ahead.
+            // f32, and the cancellation in 1 + g² − 2 g cos θ where a narrow beam goes ahead.
             assert!((got - expected).abs() <= 1e-4 * expected.abs().max(0.1), "{got} is not {expected}");
         }
     }
 }
 
-/// The 48 symmetries of the cube, of which the six axes are a part.
+/// The 48 symmetries of the cube; the six axes are a part of them.
 #[test]
 fn an_even_light_spreads_alike_along_all_axes_and_symmetries() {
     // After an even number of steps, cells at an even number of faces' distance; the grid's border is never reached.
@@ -132,7 +133,7 @@ fn an_even_light_spreads_alike_along_all_axes_and_symmetries() {
     }
 }
 
-/// Beams: light is conserved until it leaves, nothing is negative, and a thousand steps leave nothing behind.
+/// Beams: light is conserved until it leaves, nothing is negative, and a thousand steps leave no light in the grid.
 #[test]
 fn light_is_bounded_after_a_thousand_steps() {
     let steps = Steps::new(&gpu::context(), 16, BEAMS);
@@ -142,7 +143,7 @@ fn light_is_bounded_after_a_thousand_steps() {
     let (cells, sums) = steps.run(&start, 1000);
     assert!(cells.iter().chain(sums.iter().flatten()).all(|flux| *flux >= 0.0), "something is negative");
     assert!(cells.iter().sum::<f64>() < 1e-6, "something is left");
-    // A closed box keeps what it has: 2³ cells into which nothing passes from outside, and out of which nothing goes.
+    // A closed box keeps its light: 2³ cells that no light enters or leaves.
     let mut closed = start.clone();
     let inside = |cell: IVec3| cell.cmpge(IVec3::splat(7)).all() && cell.cmplt(IVec3::splat(9)).all();
     let place = |index: usize| IVec3::new(index as i32 % 16, index as i32 / 16 % 16, index as i32 / 256);
@@ -155,12 +156,13 @@ fn light_is_bounded_after_a_thousand_steps() {
     let outside =
         |field: &[f64]| field.iter().enumerate().filter(|(i, _)| !inside(place(*i))).map(|(_, flux)| flux).sum::<f64>();
     assert_eq!((outside(&cells), sums.iter().map(|sum| outside(sum)).sum::<f64>()), (0.0, 0.0), "sheets leak");
-    // Of every step's light half goes to the walls and is gone; what the steps sent is the start's light, over that half.
+    // In every step half of the light is absorbed by the walls; the sum over the steps is the start's light over that
+    // half.
     assert!(sums.iter().flatten().sum::<f64>() < 3.0, "what walls take is not gone");
 }
 
-/// A surface that looks along +x fills half of a cell's face, one that looks along −y a quarter. Light is blocked where
-/// it comes into their cell through them, from either side, and where it leaves it through a front.
+/// A surface that faces +x fills half of a cell's face, one that faces −y a quarter. They block light that enters their
+/// cell through them, from either side, and light that leaves it through a front.
 #[test]
 fn what_passes_into_a_cell_is_by_hand() {
     let (context, edge) = (gpu::context(), 16);
@@ -202,8 +204,9 @@ fn what_passes_into_a_cell_is_by_hand() {
     }
 }
 
-/// The finer of two grids has cells of half a voxel and starts at voxel (4, 2, 8), the coarser one starts at voxel (1, 2, 3). What
-/// comes in along each way is what the coarser grid's sum has for that way at the voxel beyond the border.
+/// The finer of two grids has cells of half a voxel and starts at voxel (4, 2, 8), the coarser one starts at voxel (1,
+/// 2, 3). Light that enters along each direction is the coarser grid's sum in that direction at the voxel beyond the
+/// border.
 #[test]
 fn a_finer_grid_takes_in_what_the_coarser_one_has_there() {
     let (context, edge) = (gpu::context(), 16u32);
@@ -290,8 +293,8 @@ fn published_steps_are_the_listing() {
     }
 }
 
-/// Where every step starts from the cell's own light, what there is grows with every step: by a quarter with the published
-/// coefficients, twofold with lobes of integral 4π. Added up apart it does not.
+/// Where every step starts from the cell's own light, the light grows with every step: by a quarter with the published
+/// coefficients, twofold with lobes of integral 4π. Summed in a separate image it does not.
 #[test]
 fn sums_that_start_from_their_own_light_grow_by_what_a_step_sends_on() {
     let context = gpu::context();
@@ -299,10 +302,10 @@ fn sums_that_start_from_their_own_light_grow_by_what_a_step_sends_on() {
         let (light, _) = Steps::new(&context, 32, rules).run(&one_light(32, DVec3::X * moment).0, 8);
         light.iter().sum::<f64>()
     };
-    // An even light's lobes are nowhere negative, and in eight steps nothing reaches the border.
+    // A uniform light's lobes are nowhere negative, and in eight steps nothing reaches the border.
     near(total(PUBLISHED_LOBES, 0.0), 1.25f64.powi(8), "an even light, lobes of integral π");
     near(total(OWN_LOBES, 0.0), 2f64.powi(8), "an even light, lobes of integral 4π");
-    // A surface's lobe is cut off; the listing by itself, in another program, gives 6.623 and 287.8.
+    // A surface's lobe is clamped; the listing by itself, in another program, gives 6.623 and 287.8.
     for (rules, expected) in [(PUBLISHED_LOBES, 6.623), (OWN_LOBES, 287.8)] {
         let got = total(rules, 2.0);
         assert!((got / expected - 1.0).abs() < 2e-4, "{got} is not {expected}");
@@ -312,9 +315,9 @@ fn sums_that_start_from_their_own_light_grow_by_what_a_step_sends_on() {
     assert!(apart.iter().flatten().sum::<f64>() <= 32.0);
 }
 
-/// A wall that sends light into a room of 24 cells: in lobes 95 % of it end on that wall, in beams of mean cosine ½ less than
-/// two thirds do, though in truth none does. The wall is a plane without end: a grid as thin as its cells, which pass light on
-/// sideways to themselves.
+/// A wall that sends light into a room of 24 cells: as lobes 95 % of it end on that wall, as beams of mean cosine ½
+/// less than two thirds, though the truth is none. The wall is an endless plane: a grid one cell wide, whose cells pass
+/// light sideways to themselves.
 #[test]
 fn beams_cross_a_room_and_lobes_do_not() {
     let crossed = |rules: Rules, moment: f64| {
@@ -324,7 +327,7 @@ fn beams_cross_a_room_and_lobes_do_not() {
         for _ in 0..800 {
             let mut next = vec![Cell::default(); 24];
             for (x, light) in cell.iter().enumerate() {
-                // One step of a cell by itself, and what it gives its neighbours before and behind.
+                // One step of a single cell, and the light that it gives its neighbours in front and behind.
                 let mut alone = Cells::empty(3);
                 alone.put(IVec3::ONE, *light);
                 let sent = alone.step(rules);

@@ -1,4 +1,4 @@
-//! A frame gives the same bits every time: over several runs, and with the triangles in another order.
+//! A frame gives equal bits every time: over several runs, and with the triangles in another order.
 
 use crate::gpu;
 
@@ -46,7 +46,7 @@ fn crowd(reversed: bool) -> Scene {
 
 type Bits = (Vec<Vec<u8>>, Vec<u32>);
 
-/// Of all levels of what the method holds, and of the image.
+/// The bits of all levels of the method's volumes, and of the image.
 fn bits(context: &Arc<Context>, settings: &Settings, reversed: bool) -> Bits {
     let renderer = gpu::render(context, &crowd(reversed), settings, 64);
     let level = |image: &Image, k: u32| -> Vec<u8> {
@@ -92,7 +92,7 @@ fn photons_give_the_same_bits_in_every_order() {
     }
 }
 
-/// Light propagation's lights are summed up cell by cell.
+/// Light propagation sums its lights cell by cell.
 #[test]
 fn propagated_light_has_the_same_bits_in_every_order() {
     let context = gpu::context();
@@ -108,7 +108,7 @@ fn propagated_light_has_the_same_bits_in_every_order() {
     }
 }
 
-/// With rays, lamps that are sampled, and one of the triangles that are alike lit for all: the lamps' order is the scene's.
+/// With rays, sampled lamps, and one lit triangle for each group: the lamps' order is the scene's.
 #[test]
 fn runs_of_fast_give_the_same_bits() {
     let context = gpu::context();

@@ -1,4 +1,5 @@
-//! The passes of the method `photons` against counts and sums on the CPU: coverage by samples, the light of a voxel's photons, mips.
+//! The passes of the method `photons` against counts and sums on the CPU: coverage by samples, the light of a voxel's
+//! photons, mips.
 
 use crate::gpu;
 
@@ -18,7 +19,7 @@ use twobounce::renderer::Renderer;
 use twobounce::scene::LightKind;
 use twobounce::scene::{Material, Scene};
 use twobounce::settings::{Bounces, Center, Settings};
-use twobounce::vk::{Context, Image, Stage, download, download_image};
+use twobounce::vk::{Context, Image, ShaderStage, download, download_image};
 
 const EDGE: u32 = 16;
 const TEXELS: usize = 16;
@@ -52,7 +53,7 @@ fn wall() -> Scene {
     scene
 }
 
-/// An item of the lists as the device left it.
+/// An item of the lists on the device.
 struct Item {
     triangle: u32,
     voxel: u32,
@@ -114,37 +115,38 @@ fn every_item_counts_its_samples() {
         let (mut counted, mut sure, mut expected) = (0, 0, BTreeMap::new());
         for item in &items {
             let of_triangle = expected.entry(item.triangle).or_insert_with(|| counts(item.corners, per_pixel, EDGE));
-            // A pair that is not there, or there twice, has none. Between the two: within the rasteriser's snapping.
+            // A pair that is missing or listed twice has no count. Between the two bounds: within the rasteriser's
+            // snapping.
             let [least, most] = of_triangle.remove(&item.voxel).unwrap_or_default();
             assert!((least..=most).contains(&item.samples), "{} samples, not {least} to {most}", item.samples);
-            // Made of samples, the lists hold nothing else.
+            // Lists made from samples hold nothing else.
             assert!(item.samples > 0 || voxelise == VOXELISE[1], "an item without samples");
             counted += item.samples;
             sure += least;
         }
-        // No voxel that is sure to have samples is missing from the lists.
+        // The lists have every voxel that certainly has samples.
         assert!(expected.values().flatten().all(|(_, count)| count[0] == 0), "a sample found no list");
         assert!(counted > 100 * per_pixel && f64::from(sure) > 0.9 * f64::from(counted), "{counted}, {sure} sure");
     }
 }
 
-/// Samples alone list what the conservative lists hold and samples reach, by one pass without a geometry shader.
+/// Samples alone list the pairs of the conservative lists that samples reach, by one pass without a geometry shader.
 #[test]
 fn lists_made_of_samples_are_the_conservative_ones_that_samples_reach() {
     let context = gpu::context();
     let per_pixel = samples(&context, 8).expect("standard places");
     let scene = confetti();
     let [sampled, conservative] = VOXELISE.map(|voxelise| gpu::render(&context, &scene, &settings(&[voxelise]), 16));
-    let stages = |renderer: &Renderer, zone: &str| -> Vec<Vec<Stage>> {
+    let stages = |renderer: &Renderer, zone: &str| -> Vec<Vec<ShaderStage>> {
         let log = renderer.log().expect("the log is kept");
         let draws = log.zones_named(zone).flat_map(|zone| zone.draws().collect::<Vec<_>>());
         draws.map(|draw| draw.stages.iter().map(|s| s.stage).collect()).collect()
     };
-    assert_eq!(stages(&sampled, "voxelise"), [[Stage::Vertex, Stage::Fragment]]);
+    assert_eq!(stages(&sampled, "voxelise"), [[ShaderStage::Vertex, ShaderStage::Fragment]]);
     assert!(stages(&sampled, "cover").is_empty());
     assert!(stages(&conservative, "voxelise").is_empty(), "a compute pass lists them");
-    assert_eq!(stages(&conservative, "cover"), [[Stage::Vertex, Stage::Fragment]]);
-    // The order of triangles is the device's.
+    assert_eq!(stages(&conservative, "cover"), [[ShaderStage::Vertex, ShaderStage::Fragment]]);
+    // The device chooses the order of triangles.
     let pairs = |renderer: &Renderer| -> BTreeMap<(u32, [u64; 9]), Item> {
         let key = |item: &Item| (item.voxel, std::array::from_fn(|i| item.corners[i / 3][i % 3].to_bits()));
         items(&context, renderer).into_iter().map(|item| (key(&item), item)).collect()
@@ -160,8 +162,7 @@ fn lists_made_of_samples_are_the_conservative_ones_that_samples_reach() {
             lights.insert(item.light.front.map(f32::to_bits));
         }
     }
-    // Beyond these there may be samples that the rasteriser's snapping moves into a voxel that the triangle does not
-    // touch.
+    // Beyond these bounds the rasteriser's snapping may move samples into a voxel that the triangle does not touch.
     for (pair, item) in found.iter().filter(|(pair, _)| !listed.contains_key(*pair)) {
         let [least, most] = counts(item.corners, per_pixel, EDGE)[&pair.0];
         assert!(least == 0 && item.samples <= most, "a voxel with {} samples is in no list", item.samples);
@@ -222,7 +223,7 @@ fn a_voxel_sends_what_its_photons_do() {
         let facing = area * n.abs().as_vec3();
         let meets_forth = Vec3::from_array(n.to_array().map(|v| f32::from(u8::from(v < 0.0))));
         let sum = sums.entry(item.voxel).or_default();
-        // Lambertian: exitance is π times radiance. Backs are dark, and left out.
+        // Lambertian: exitance is π times radiance. Dark backs are left out.
         sum.exitance += std::f32::consts::PI * area * Vec3::from_array(item.light.front);
         sum.forth += facing * meets_forth;
         sum.back += facing * (1.0 - meets_forth);
@@ -241,7 +242,7 @@ fn a_voxel_sends_what_its_photons_do() {
         );
         assert!((forth.w - sum.share.min(1.0)).abs() < 1e-3, "{at}: {forth} is not {}", sum.share);
         let texels = directions(&map, at, EDGE);
-        // Light of an overfilled voxel is cut: such voxels are left out.
+        // Light of an overfilled voxel is clamped: such voxels are left out.
         if texels.iter().all(|t| t.w < 0.999) {
             let angles = (0..TEXELS).map(|t| octahedron::texel(t, DVec3::X).1 as f32);
             let sent: Vec3 = texels.iter().zip(angles).map(|(t, angle)| t.truncate() * angle).sum();
@@ -254,8 +255,8 @@ fn a_voxel_sends_what_its_photons_do() {
     assert!(uncut > 200, "{uncut} voxels are a test of little");
 }
 
-/// A slanting sheet of metal in the light of a sun: what its voxels send is what the same sheet sends evenly in another method,
-/// and nowhere is it brighter than where a mirror would send it.
+/// A slanting sheet of metal in sunlight: its voxels send as much as the same sheet sends evenly in another method, and
+/// nowhere more than in the mirror direction.
 #[test]
 fn a_glossy_voxel_sends_its_lobe_whole_and_where_it_is_mirrored() {
     let context = gpu::context();
@@ -299,7 +300,7 @@ fn a_glossy_voxel_sends_its_lobe_whole_and_where_it_is_mirrored() {
         let mirrored = octahedron::place(travel - 2.0 * travel.dot(normal) * normal).floor();
         let there = sent[mirrored.x as usize + 4 * mirrored.y as usize].x;
         assert!(sent.iter().all(|texel| texel.x <= there), "{roughness}: {sent:?}, mirrored at {mirrored}");
-        // An even light sends no more than cos · Ω / π of all to any texel, 0.28.
+        // A uniform light sends at most cos · Ω / π of the total to a texel, 0.28.
         assert!(there > least * whole.x, "{roughness}: {there} of {whole}");
     }
 }
@@ -319,7 +320,7 @@ fn a_plane_keeps_its_opacity_and_its_light_in_mips() {
             for (y, z) in (0..edge).flat_map(|y| (0..edge).map(move |z| (y, z))) {
                 let at = UVec3::new(5 >> k, y, z);
                 let index = texel_index(at, edge);
-                // Met on one side alone. Rounding of f16.
+                // Seen from one side alone. Rounding of f16.
                 let one_sided = [forth[index].x, back[index].x].map(|a| (a - 1.0).abs() < 2e-3 || a == 0.0);
                 assert!(one_sided == [true; 2] && forth[index].x + back[index].x > 0.0, "{form}, level {k}, {at}");
                 let texels = directions(&map, at, edge);
@@ -333,9 +334,8 @@ fn a_plane_keeps_its_opacity_and_its_light_in_mips() {
     }
 }
 
-/// As printed: Σ photons · v²/D², with the base voxel's edge v and a diameter D of each level's edge. A plane gives
-/// what it sends, at every level; and whatever there is, a level holds the sum of all photons below it, on its own
-/// face.
+/// As printed: Σ photons · v²/D², with the base voxel's edge v and a diameter D of each level's edge. A plane gives the
+/// light that it sends, at every level; in general a level holds the sum of all photons below it, on their own face.
 #[test]
 fn printed_mips_sum_photons_up_and_a_plane_gives_one_at_every_level() {
     let context = gpu::context();

@@ -1,4 +1,4 @@
-//! Lists and light are kept from frame to frame while nothing changes, and no image shows it.
+//! Lists and light are kept from frame to frame while nothing changes, without a difference in any image.
 
 use crate::gpu;
 
@@ -22,13 +22,13 @@ fn frames_that_keep_what_holds_are_those_that_start_anew() {
     let scene = room();
     let [here, there, lit] = moved_poses(&scene);
     for base in [Settings::fast(), Settings::corrected(), Settings::printed()] {
-        // The talk's jitter would be another one in each frame.
+        // The talk's jitter would differ in each frame.
         let base = gpu::with(base, &["voxels=16", "cones.shadow_jitter=false"]);
         let mut kept = Studio::new(&scene, &base);
-        // From within the room.
+        // A view from within the room.
         let first_view = View { eye: DVec3::new(4.0, 4.0, 0.5), forward: DVec3::Z, up: DVec3::Y, ..kept.view };
         let other_view = View { eye: DVec3::new(3.0, 4.5, 1.0), ..first_view };
-        // Change from the frame before, and whether new lists and new light are due.
+        // The change from the frame before, and whether new lists and new light are due.
         let frames = [
             ("first", &here, first_view, (true, true)),
             ("still", &here, first_view, (false, false)),
@@ -102,7 +102,7 @@ fn light_that_is_fed_back_stays_once_its_mean_is_made() {
         assert!(!does(&passes, &LISTS) && !passes.contains(&"shade 1"), "{passes:?}");
         assert!(image == first, "a still scene shows other bits");
     }
-    // Something moves: a frame each, without waiting; then the mean begins anew, pass by pass, and ends.
+    // An object moves, a frame per position, without waiting; then the mean begins again, pass by pass, and ends.
     let (moved, passes) = studio.image(&there);
     assert!(does(&passes, &LISTS) && passes.contains(&"shade 1") && passes.contains(&"carry"), "{passes:?}");
     assert!(moved != first);

@@ -1,4 +1,4 @@
-//! Passes 2b and 2c against their twins: level 0 of triangles that only emit, for each fill, and the mips above it.
+//! Passes 2b and 2c against their twins: level 0 of triangles that only emit, for each fill, and its mips.
 
 use crate::gpu;
 
@@ -72,7 +72,8 @@ fn every_fill_is_its_twins() {
                 lists.get(&voxel).into_iter().flatten().map(|i| shaded(&scene, &triangles, *i, voxel, scale)).collect();
             for (target, expected) in fill(&list, *how).into_iter().enumerate() {
                 let got = volume.levels()[0][target][voxel as usize];
-                // One unit of a half (2⁻¹⁰), and f32 clipping against f64: 2⁻²³ of a coordinate of 16, over a side of 0.01.
+                // One unit of a half (2⁻¹⁰), and f32 clipping against f64: 2⁻²³ of a coordinate of 16, over a side of
+                // 0.01.
                 let tolerance = expected.abs() / 1024.0 + Vec3::splat(1e-4 * scale).extend(1e-4);
                 assert!(
                     (got - expected).abs().cmple(tolerance).all(),
@@ -85,15 +86,15 @@ fn every_fill_is_its_twins() {
     }
 }
 
-/// Faces for travellers along +x, −x and +y, and the isotropic one, of a doubleSided wall in the plane x = 4.5 with its
-/// front to +x. A light from +x sends 3π, one from −x 2π; the albedo is ½, so that the front sends 1.5 and the back 1.
+/// Faces for travellers along +x, −x and +y, and the isotropic one, of a doubleSided wall in the plane x = 4.5 whose
+/// front faces +x. A light from +x sends 3π, one from −x 2π; the albedo is ½, so the front sends 1.5 and the back 1.
 #[test]
 fn a_wall_lit_on_both_sides_fills_by_hand() {
     let mut scene = Scene::empty("a wall between two lights");
     let corner = |y: f64, z: f64| DVec3::new(4.5, y, z);
     let halves = [[(0.0, 0.0), (16.0, 0.0), (16.0, 16.0)], [(0.0, 0.0), (16.0, 16.0), (0.0, 16.0)]];
     let halves = halves.map(|half| half.map(|(y, z)| corner(y, z)));
-    // White has no lobe but the diffuse one.
+    // White has only the diffuse lobe.
     let white = Material {
         base_color: Vec4::new(0.5, 0.5, 0.5, 1.0),
         metallic: 0.0,
@@ -141,7 +142,7 @@ fn mips_are_their_twins_in_every_form() {
         let mut lit = 0;
         for (fine, coarse) in volume.levels().iter().zip(&volume.levels()[1..]) {
             for (got, expected) in coarse.iter().flatten().zip(mip_level(fine, d1, d2).iter().flatten()) {
-                // One unit of a half: sums of eight in another order may round the other way.
+                // One unit of a half: sums of eight in another order may round differently.
                 let unit = (round_to_half(*expected * (1.0 + 1.0 / 1024.0)) - *expected).abs() + 6e-8;
                 assert!((*got - *expected).abs().cmple(unit).all(), "{got} is not {expected}");
                 lit += usize::from(got.w > 0.0);

@@ -1,5 +1,5 @@
-//! The tree of boxes that rays go through: it holds every triangle, wherever it moved. That rays find the same with it as without,
-//! `rays_oracle.rs` holds.
+//! The bounding volume hierarchy for rays: it holds every triangle, also after motion. `rays_oracle.rs` checks that
+//! rays find the same hits with it as without.
 
 use crate::gpu;
 
@@ -21,7 +21,7 @@ fn settings() -> Settings {
     settings
 }
 
-/// Meshes of 1, 2, 3, 300 triangles, one of them with triangles without area, each placed as `places` says.
+/// Meshes of 1, 2, 3 and 300 triangles, some of them without area, each placed at `places`.
 fn scene(places: &[DAffine3]) -> Scene {
     let mut random = Random::new(5);
     let mut scene = Scene::empty("crumbs");
@@ -51,7 +51,7 @@ fn places() -> Vec<DAffine3> {
     vec![
         DAffine3::IDENTITY,
         DAffine3::from_translation(DVec3::new(1.0, 0.5, -0.3)),
-        // Flat: no inverse; mirrored; turned; outside of the volume.
+        // A flat matrix without an inverse; a mirrored one; a rotated one; one outside of the volume.
         DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0)),
         DAffine3::from_scale(DVec3::new(0.5, -0.5, 0.5)) * DAffine3::from_translation(DVec3::new(0.0, -20.0, 0.0)),
         DAffine3::from_axis_angle(DVec3::ONE.normalize(), 2.0),
@@ -63,8 +63,8 @@ fn places() -> Vec<DAffine3> {
 fn the_tree_holds_every_triangle() {
     let context = gpu::context();
     let renderer = gpu::render(&context, &scene(&places()), &settings(), 8);
-    let held = Tree::of(&context, &renderer).check();
-    // Flat triangles that stand upright have no area, nor has one of three; all others are there.
+    let held = Tree::of_renderer(&context, &renderer).check();
+    // Flat triangles that stand upright have no area, nor has one of three; all others are in the tree.
     assert!((306 * 5 - 5..306 * 6).contains(&held), "{held}");
 }
 
@@ -76,7 +76,7 @@ fn a_tree_of_one_triangle_and_of_none() {
         let mut random = Random::new(1);
         let crumbs: Vec<_> = (0..count).map(|_| triangle(&mut random, DVec3::splat(8.0), 1.0)).collect();
         add(&mut one, &crumbs, Material::lamp("lamp", Vec3::ONE));
-        assert_eq!(Tree::of(&context, &gpu::render(&context, &one, &settings(), 8)).check(), count);
+        assert_eq!(Tree::of_renderer(&context, &gpu::render(&context, &one, &settings(), 8)).check(), count);
     }
     // Rays meet nothing: the image is the sky.
     let mut none = Scene::empty("none");
@@ -88,7 +88,7 @@ fn a_tree_of_one_triangle_and_of_none() {
 fn boxes_follow_what_moves() {
     let context = gpu::context();
     let mut scene = scene(&places());
-    // Of six places, the last three of each mesh move by an animation; the others are moved all the same.
+    // Of six places, the last three of each mesh move by an animation; the scene may move the others too.
     let nodes = (0..scene.nodes.len()).filter(|node| node % 6 >= 3);
     let channel = |node| Channel {
         node,
@@ -106,11 +106,11 @@ fn boxes_follow_what_moves() {
             *place = DAffine3::from_axis_angle(DVec3::Y, 0.1 * index as f64 * f64::from(step)) * *place;
         }
         renderer.render(&pose, &view).expect("a frame");
-        assert!(Tree::of(&context, &renderer).check() > 306 * 5 - 6);
+        assert!(Tree::of_renderer(&context, &renderer).check() > 306 * 5 - 6);
     }
 }
 
-/// A tree has at most 65,536 triangles: there are several of what stands and of what moves.
+/// A tree has at most 65,536 triangles, so static and moving triangles need several trees each.
 #[test]
 fn many_triangles_stand_in_several_trees() {
     const MANY: usize = 70_000;
@@ -140,6 +140,6 @@ fn many_triangles_stand_in_several_trees() {
     for step in 0..2 {
         pose.world_from_instance[1] = DAffine3::from_axis_angle(DVec3::Y, 0.1 * f64::from(step));
         renderer.render(&pose, &view).expect("a frame");
-        assert_eq!(Tree::of(&context, &renderer).check(), 2 * MANY);
+        assert_eq!(Tree::of_renderer(&context, &renderer).check(), 2 * MANY);
     }
 }

@@ -1,6 +1,6 @@
-//! Recording and voxelising against an oracle of another kind: the listed pairs equal those of clipping in f64, by compute passes and by
-//! the talk's geometry shaders. Where the device rasterises conservatively, so do the lists made with that; elsewhere that is refused,
-//! and what it would rasterise is held against a twin.
+//! Recording and voxelisation against an independent oracle: the listed pairs equal those of clipping in f64, by
+//! compute passes and by the talk's geometry shaders. Where the device rasterises conservatively, its lists are equal
+//! too; elsewhere that setting is refused, and its outlines are compared with a twin.
 
 use crate::gpu;
 use crate::studio::asset;
@@ -15,7 +15,7 @@ use crate::scenes::{Random, add, triangle};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use gpu::twins::dilate::outline;
 use gpu::twins::record::{in_voxels, record};
-use gpu::twins::voxelise::{Comparison, Pair, Polygon, compare_sets, voxelise, voxelise_dilated};
+use gpu::twins::voxelise::{Pair, PairComparison, Polygon, compare_sets, voxelise, voxelise_dilated};
 use twobounce::ground::expected_items::expected_items;
 use twobounce::ground::layout::{Globals, GridPush, Triangle};
 use twobounce::scene::{LoadOptions, Material, Mesh, Scene};
@@ -36,8 +36,8 @@ fn metre_grid(edge: u32) -> Settings {
     settings
 }
 
-/// The scene's triangles, as f32 hands them to the device.
-fn compare(scene: &Scene, settings: &Settings) -> Comparison {
+/// The scene's triangles, rounded to f32 as on the device.
+fn compare(scene: &Scene, settings: &Settings) -> PairComparison {
     let context = gpu::context();
     let renderer = gpu::render(&context, scene, settings, 16);
     let grid = &renderer.ground().desc.grid;
@@ -52,14 +52,14 @@ fn of_triangles(triangles: &[[DVec3; 3]]) -> Scene {
     scene
 }
 
-/// All ways to record and list triangles of which the device is capable.
+/// All ways to record and list triangles that the device offers.
 fn all_ways(settings: &Settings) -> impl Iterator<Item = Settings> {
     let hardware = gpu::context().conservative_rasterization;
     let ways = Conservative::ALL.iter().filter(move |way| hardware || **way != Conservative::Hardware);
     ways.map(|way| gpu::with(settings.clone(), &[&format!("grid.conservative={way}")]))
 }
 
-fn is_exact(scene: &Scene, settings: &Settings) -> Comparison {
+fn is_exact(scene: &Scene, settings: &Settings) -> PairComparison {
     let is_exact = |settings: Settings| {
         let found = compare(scene, &settings);
         let by = settings.grid.conservative;
@@ -81,7 +81,8 @@ fn slivers(count: usize) -> Vec<[DVec3; 3]> {
 
 #[test]
 fn a_hundred_thousand_slivers_are_listed_exactly() {
-    // Up to 32 voxels long and at most 0.02 wide: a normal from a plain cross product is off by more than a voxel's slack.
+    // Up to 32 voxels long and at most 0.02 wide: the normal from a plain cross product is wrong by more than a voxel's
+    // slack.
     let found = is_exact(&of_triangles(&slivers(100_000)), &metre_grid(64));
     assert!(found.touching < 0.01, "{found:?}");
 }
@@ -144,13 +145,13 @@ fn dilated_triangles_are_listed_where_their_twin_lists_them() {
     let compared = compare_sets(&found, &voxelise_dilated(&triangles, 16));
     assert_eq!((compared.recall, compared.precision), (1.0, 1.0), "{compared:?}");
     assert!(compared.touching < 0.1, "{compared:?}");
-    // The triangles themselves are listed as before, and so is a third as much again.
+    // The triangles' own pairs are listed as before, and a third more.
     let exact = voxelise(&triangles, 16);
     assert_eq!(compare_sets(&found, &exact).recall, 1.0);
     assert!(found.len() > 4 * exact.certain.len() / 3, "{} of {}", found.len(), exact.certain.len());
 }
 
-/// The ledger's row says how much longer the lists of a scene are that has triangles smaller than a voxel.
+/// The ledger's row states how much longer the lists become in a scene with triangles smaller than a voxel.
 #[test]
 fn the_gallerys_dilated_lists_are_twice_as_long() {
     let (context, scene) = (gpu::context(), asset("gallery.glb"));
@@ -173,7 +174,7 @@ fn rooms_are_listed_exactly() {
 
 #[test]
 fn walls_in_voxel_faces_touch_both_sides_and_break_nothing() {
-    // Made to touch: either answer is right, and whatever is certain must be there.
+    // Triangles that touch voxels exactly: either answer is right for those, and every certain pair must be listed.
     let mut scene = Scene::empty("box on voxel faces");
     let material = scene.add_material(Material::default());
     let cuboid = Mesh::cuboid("box", material, Vec3::splat(4.0), Vec3::splat(12.0), false);
@@ -181,7 +182,7 @@ fn walls_in_voxel_faces_touch_both_sides_and_break_nothing() {
     assert!(is_exact(&scene, &metre_grid(16)).touching > 0.5);
 }
 
-/// Lists begin with room for what [`expected_items`] says; that is a mean over where the grid stands.
+/// Lists begin with the length that [`expected_items`] predicts, which is a mean over positions of the grid.
 #[test]
 fn lists_are_as_long_as_geometry_says() {
     let mut random = Random::new(5);
@@ -196,7 +197,7 @@ fn lists_are_as_long_as_geometry_says() {
     let grid = &renderer.ground().desc.grid;
     let expected = expected_items(&scene, &scene.pose(None, 0.0).world_from_instance, grid).items;
     let listed = gpu::listed_pairs(&context, &renderer).len() as f64;
-    // The places of some thousand triangles are not all places.
+    // Some thousand triangles do not cover all positions.
     assert!((listed / expected - 1.0).abs() < 0.02, "{listed} items, {expected} expected");
 }
 
@@ -222,7 +223,7 @@ fn a_mirrored_instance_keeps_its_front() {
     }
 }
 
-/// Bit for bit, with all that corners have beside positions: whatever order they stand in.
+/// Bit for bit, with all attributes of corners, in any order.
 #[test]
 fn every_way_records_the_same() {
     let context = gpu::context();
@@ -257,7 +258,7 @@ fn hardware_that_cannot_is_refused_in_one_sentence() {
     if context.conservative_rasterization {
         return; // the tests above ran on it
     }
-    // Past the harness, which keeps what passing tests print to itself.
+    // Written to the terminal itself, because the harness captures the output of passing tests.
     let notice =
         format!("{} has no VK_EXT_conservative_rasterization: lists by hardware are not tested\n", context.name);
     std::io::stderr().write_all(notice.as_bytes()).expect("a terminal");
@@ -272,15 +273,16 @@ fn hardware_that_cannot_is_refused_in_one_sentence() {
     }
 }
 
-/// The room that `glsl/ground/voxelise.geom` makes for snapping.
+/// The margin for snapping in `glsl/ground/voxelise.geom`.
 const ROOM: f64 = 0.01;
 
-/// Whatever device has the extension: it makes a fragment of every pixel that the snapped outline meets, one per triangle.
+/// The rule of every device with the extension: a fragment for every pixel that the snapped outline meets, one per
+/// triangle.
 #[test]
 fn outlines_for_hardware_meet_every_column_once_snapped() {
     for triangles in [slivers(2000), needles_and_tiny_triangles()] {
         let outlines: Vec<_> = triangles.iter().map(|t| outline(t, ROOM, true)).collect();
-        // To 8 bits below the pixel, as devices that have the extension do.
+        // To 8 bits below the pixel, as devices with the extension do.
         let snapped = |p: DVec2| (p * 256.0).round() / 256.0;
         let snapped: Vec<_> = outlines.iter().map(|o| o.triangles[0].map(|p| snapped(p).extend(0.0))).collect();
         for (outline, [a, b, c]) in outlines.iter().zip(&snapped) {
@@ -302,7 +304,7 @@ fn column(voxel: u32, edge: u32, axis: usize) -> [f64; 2] {
     [at[(axis + 1) % 3], at[(axis + 2) % 3]]
 }
 
-/// And the shader hands over the twin's outlines: rasterised by the pixels' middles, they list what they cover.
+/// The shader emits the twin's outlines: rasterised by the pixels' middles, they list their own voxels.
 #[test]
 fn outlines_are_their_twins() {
     let (context, triangles, settings) = (gpu::context(), needles_and_tiny_triangles(), metre_grid(64));
@@ -334,7 +336,7 @@ fn outlines_are_their_twins() {
         });
         recorder.finish().expect("a frame");
         let found = gpu::listed_pairs(&context, &renderer);
-        // How far the middle of the pixel lies inside of the outline, pixels.
+        // The distance of the pixel's middle to the outline in pixels, positive inside.
         let inside = |&(voxel, t): &Pair| {
             let outline = outline(&triangles[t as usize], dilation, hardware == 1);
             let middle = DVec2::from(column(voxel, 64, outline.axis)) + 0.5;
@@ -348,7 +350,7 @@ fn outlines_are_their_twins() {
             };
             outline.triangles.iter().map(depth).fold(f64::NEG_INFINITY, f64::max)
         };
-        // Snapping moves corners by 1/512, and f32 may take another of two nearly equal edges for the longest.
+        // Snapping moves corners by 1/512, and f32 may choose the other of two nearly equal edges as the longest.
         let rounding = 1.0 / 64.0;
         let kept: BTreeSet<_> = found.iter().copied().collect();
         assert_eq!(kept.len(), found.len(), "no pair is listed twice");

@@ -1,4 +1,4 @@
-//! The method `photons` as a whole: furnaces, feedback, and the error that falls as cones get more.
+//! The method `photons` as a whole: furnaces, feedback, and the error that falls with more cones.
 
 use crate::gpu;
 use crate::studio::asset;
@@ -30,7 +30,7 @@ fn furnace(block: bool, settings: &Settings) -> (f64, f64) {
     (ratios.iter().sum::<f64>() / ratios.len() as f64, ratios.iter().copied().fold(0.0, f64::max))
 }
 
-/// Lamps that are sampled are not in the volumes, and in a furnace every wall is one.
+/// Settings without sampled lamps: those are not in the volumes, and in a furnace every wall is one.
 fn gathered(settings: Settings, changes: &[&str]) -> Settings {
     gpu::with(settings, &[&["voxels=32", "lights.lamps=gathered"], changes].concat())
 }
@@ -40,7 +40,7 @@ fn a_furnace_keeps_its_energy_and_the_printed_form_loses_it() {
     for block in [false, true] {
         for bounces in ["bounces=1", "bounces=2", "bounces=all"] {
             let (mean, most) = furnace(block, &gathered(Settings::photons(), &[bounces]));
-            // Spheres of growing cones see a wall as one wall up to a tenth, in the corners most; a hundredth is f16's.
+            // Spheres of growing cones see a wall as one wall up to a tenth, mostly in corners; a hundredth is f16's.
             assert!((0.95..=1.01).contains(&mean) && most < 1.01, "{bounces}, block {block}: {mean}, {most} at most");
         }
         let (printed, _) = furnace(block, &gathered(Settings::photons_printed(), &["bounces=2"]));
@@ -49,7 +49,7 @@ fn a_furnace_keeps_its_energy_and_the_printed_form_loses_it() {
     }
 }
 
-/// Each of these alone takes a furnace further from the truth than the preset is.
+/// Each of these settings alone takes a furnace further from the truth than the preset is.
 #[test]
 fn what_is_mended_shows_in_a_furnace() {
     let error = |changes: &[&str]| (1.0 - furnace(true, &gathered(Settings::photons(), changes)).0).abs();
@@ -69,7 +69,8 @@ fn what_is_mended_shows_in_a_furnace() {
     assert!(error(&printed) > error(&one) + 0.05, "{} is no worse than {}", error(&printed), error(&one));
 }
 
-/// Light that a plane finds which slants across the grid and shines on a void: what of it is its own, over what it sends.
+/// The light of a plane that slants across the grid before a void: its own light that it finds, over the light that it
+/// sends.
 fn self_light(start: &[&str]) -> f64 {
     let mut scene = Scene::empty("a plane that shines");
     let lamp = scene.add_material(Material { emissive: Vec3::ONE, ..Material::lambert("lamp", Vec3::splat(0.5)) });
@@ -89,7 +90,8 @@ fn cones_start_far_enough_from_the_plane_that_they_leave() {
     let [preset, half, none] =
         ["1.5", "0.5", "0"].map(|voxels| self_light(&[&format!("photons.start_normal={voxels}")]));
     println!("light of its own that a plane finds: {preset:.4}, from half a voxel {half:.4}, from itself {none:.4}");
-    // A slanting plane's voxels are a staircase: of the truth, which is none, cones find 0.003 that filtering spreads past the start.
+    // A slanting plane's voxels are a staircase: the truth is 0, but cones find 0.003, which filtering spreads past the
+    // start.
     assert!(preset < 0.01 && half > 0.02 && none > half, "{preset}, {half}, {none}");
 }
 
@@ -114,7 +116,7 @@ fn the_error_falls_as_cones_get_more() {
     let view = scene.view(&pose, 0);
     let truth = truth(&scene, &view);
     let options = RenderOptions { aovs: LAYERS.to_vec(), ..RenderOptions::new((SIZE, SIZE), scene.bounds(None)) };
-    // Alone: neighbours that share have sixteen times as many.
+    // Without sharing; neighbours that share have sixteen times as many.
     let alone = gpu::with(Settings::photons(), &["voxels=32", "image.interleave=1"]);
     let mut renderer = Renderer::new(&context, scene, &pose, alone.clone(), options).expect("it fits");
     let mut errors = Vec::new();

@@ -1,4 +1,5 @@
-//! Counts of an instrumented frame, against numbers known without it: a copy's bytes, lists that are walked once, mips.
+//! Counts of an instrumented frame, against numbers that are known otherwise: a copy's bytes, single reads of lists,
+//! mips.
 
 use crate::gpu;
 
@@ -8,7 +9,7 @@ use std::sync::Arc;
 use crate::scenes::{Random, add, triangle};
 use glam::{DAffine3, Vec3, Vec4};
 use twobounce::gi::cones::choices::{Form, Passes};
-use twobounce::profile::Subject;
+use twobounce::profile::RepeatedFrame;
 use twobounce::profile::copy::Copy;
 use twobounce::profile::counts::Counts;
 use twobounce::renderer::{RenderOptions, Renderer};
@@ -53,7 +54,7 @@ fn confetti() -> Scene {
 fn counted(context: &Arc<Context>, scene: &Scene, settings: &Settings) -> Vec<(&'static str, Counts)> {
     let pose = scene.pose(None, 0.0);
     let view = View::framing(scene.bounds(None));
-    let subject = Subject {
+    let subject = RepeatedFrame {
         scene,
         pose: &pose,
         view: &view,
@@ -79,12 +80,12 @@ fn a_frame_without_shadows_reads_what_its_lists_say() {
         let items = pairs.len() as u64;
         let cells: BTreeSet<[u32; 3]> =
             pairs.iter().map(|(v, _)| [v % EDGE, v / EDGE % EDGE, v / EDGE / EDGE]).collect();
-        // Cells: what is occupied, and parents of that. Layered: every voxel.
+        // Cells: occupied cells and their parents. Layered: every voxel.
         let by_cells = settings.of.cones.passes == Passes::Cells;
         assert!(items > 500, "{items} items are a test of little");
         let voxels = if by_cells { cells.len() as u64 } else { u64::from(EDGE).pow(3) };
         let lit = Counts { list_items: items, triangles: items, materials: items, ..Default::default() };
-        // By cells, voxels are filled in a second go, from what the items were lit with: eight words each.
+        // By cells, a second pass fills voxels from the light of items: eight words each.
         let shade = if by_cells {
             let (list_items, materials, corners, words) = (2 * items, 2 * items, 3 * items, 8 * items);
             Counts { heads: voxels, list_items, materials, corners, words, ..lit }
@@ -115,8 +116,8 @@ fn a_frame_without_shadows_reads_what_its_lists_say() {
     }
 }
 
-/// A CPU device ends an invocation's loops after 65535 rounds, all of its rays' together. Rays that began anew behind every leaf of a
-/// thicket were cut off there, others in every run: 22 of this image.
+/// A CPU device ends an invocation's loops after 65535 rounds over all of its rays. Rays that restarted behind every
+/// leaf of a thicket were cut off, different ones in every run: 22 of this image.
 #[test]
 fn no_ray_through_a_thicket_is_cut_off() {
     let (mut scene, mut random) = (Scene::empty("thicket"), Random::new(21));
@@ -139,7 +140,7 @@ fn no_ray_through_a_thicket_is_cut_off() {
     assert_eq!(sum(|c| c.rays_cut), 0);
 }
 
-/// The depth pass looks at the same fragments whether masks leave holes in them or not.
+/// The depth pass reads equally many fragments whether masks leave holes in them or not.
 #[test]
 fn fragments_in_holes_count_too() {
     let looked_at = |alpha: f32| {

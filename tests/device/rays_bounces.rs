@@ -1,4 +1,5 @@
-//! All bounces of the method `rays` come near the truth, none darkens anything, and more passes over the image come nearer.
+//! All bounces of the method `rays` are near the reference, no change darkens any part, and more passes over the image
+//! come nearer.
 
 use crate::gpu;
 
@@ -8,11 +9,11 @@ use glam::{Affine2, DAffine3, DQuat, DVec3, Vec3, Vec4};
 use twobounce::layers::{Aov, Layers, relative_noise};
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::{Alpha, Image, LightKind, Material, Mesh, Mip, Scene, Texture, TextureRef, View, Wrap};
+use twobounce::scene::{Alpha, LightKind, Material, Mesh, Mip, Scene, Texture, TextureImage, TextureRef, View, Wrap};
 use twobounce::settings::Settings;
 
-/// Two rooms beside each other, open in front, with walls of 0.1 m and a wall of `between` metres between them that ends before
-/// the front; a light in the left one.
+/// Two rooms beside each other, open in front, with walls of 0.1 m and a wall of `between` metres between them that
+/// ends before the front; a light in the left one.
 fn two_rooms(between: f32) -> Scene {
     let mut scene = Scene::empty("two rooms");
     let white = scene.add_material(Material { double_sided: true, ..Material::lambert("white", Vec3::splat(0.72)) });
@@ -35,7 +36,7 @@ fn two_rooms(between: f32) -> Scene {
 
 const LAYERS: [Aov; 2] = [Aov::Beauty, Aov::Direct];
 
-/// Of the indirect light: mean of the image's over mean of the truth's, and mean |error| over mean.
+/// Metrics of the indirect light: mean of the image's over mean of the reference's, and mean |error| over mean.
 fn indirect(image: &Layers, truth: &Layers) -> (f64, f64) {
     let of = |layers: &Layers| -> Vec<f64> {
         let direct = layers.get(Aov::Direct).expect("a layer").iter().flatten();
@@ -47,7 +48,7 @@ fn indirect(image: &Layers, truth: &Layers) -> (f64, f64) {
     (image.iter().sum::<f64>() / sum, error / sum)
 }
 
-/// [`two_rooms`] as seen from the front.
+/// A view of [`two_rooms`] from the front.
 fn from_the_front(scene: &Scene) -> View {
     let eye = DVec3::new(1.0, 1.2, 4.4);
     let forward = (DVec3::new(0.3, 1.05, 0.0) - eye).normalize();
@@ -73,12 +74,12 @@ fn all_bounces_come_near_the_truth_beside_thin_walls() {
         let settings = gpu::with(gpu::with(base, &["voxels=32", "bounces=all"]), changes);
         indirect(&gpu::render_layers(&context, &scene, &settings, SIZE, view, LAYERS.to_vec()).read(), &truth)
     };
-    // The rest of the error is the image's own: `fast` gathers at 16×16 pixels here. The truth's noise is 3 %.
+    // The rest of the error is the image's own: `fast` gathers at 16×16 pixels here. The reference's noise is 3 %.
     for (base, most) in [(Settings::fast(), 0.12), (Settings::default(), 0.08), (Settings::accurate(), 0.06)] {
         let (energy, rel) = error(base, &[]);
         assert!((energy - 1.0).abs() < 0.03 && rel < most, "energy {energy}, rel {rel} of {most}");
     }
-    // A mean over passes comes nearer than the settled light of one set of directions.
+    // A mean over passes is nearer than the settled light of one set of directions.
     let accurate = |passes: &str| error(Settings::accurate(), &[passes, "rays.bounce=1"]).1;
     let [settled, mean] = ["rays.passes=0", "rays.passes=16"].map(accurate);
     assert!(mean < 0.85 * settled, "{mean} after {settled}");
@@ -109,18 +110,23 @@ fn adding_a_bounce_never_darkens() {
         let darkest = |few: &[f64], more: &[f64]| {
             few.iter().zip(more).map(|(few, more)| more / few - 1.0).fold(f64::INFINITY, f64::min)
         };
-        // The second bounce comes along the same rays. All bounces are a mean over passes of items, two are one pass: where a block has
-        // little indirect light, the noise of one pass of the image may hide what it gains.
+        // The second bounce uses the same rays. All bounces are a mean over passes of items, two are one pass: where a
+        // block has little indirect light, the noise of one pass may hide the gain.
         let (second, rest) = (darkest(&one, &two), darkest(&two, &all));
         assert!(second > -0.002 && rest > -0.002, "{} rays: {second}, {rest}", base.of.rays.diffuse);
     }
 }
 
-/// A bush in the sun: cards through each other, of which a mask leaves a third. What it cuts away is black.
+/// A bush in sunlight: cards through each other, of which a mask leaves a third. The masked part is black.
 fn bush() -> Scene {
     let (mut scene, mut random) = (Scene::empty("bush"), Random::new(21));
     let leaf = |k: usize| if (k + k / 8).is_multiple_of(3) { [110, 230, 60, 255] } else { [0, 0, 0, 0] };
-    scene.images.push(Image { name: "leaf".into(), width: 8, height: 8, rgba: (0..64).flat_map(leaf).collect() });
+    scene.images.push(TextureImage {
+        name: "leaf".into(),
+        width: 8,
+        height: 8,
+        rgba: (0..64).flat_map(leaf).collect(),
+    });
     let wrap = [Wrap::Repeat; 2];
     scene.textures.push(Texture { image: 0, wrap, mag_linear: false, min_linear: false, mip: Mip::Linear });
     let texture = Some(TextureRef { texture: 0, uv_set: 0, transform: Affine2::IDENTITY });
@@ -136,8 +142,8 @@ fn bush() -> Scene {
     scene
 }
 
-/// All of a bush's indirect light is what leaves send to leaves: in the mean over a voxel a mask cuts all of them away. 8 %: leaves
-/// that others hide in part. It was half of the truth.
+/// All of a bush's indirect light goes from leaves to leaves, and in the mean over a voxel a mask removes it. 8 %:
+/// leaves that others partly hide. Before a correction half of the light was missing.
 #[test]
 fn leaves_light_each_other() {
     const SIZE: u32 = 48;
@@ -160,9 +166,9 @@ fn leaves_light_each_other() {
     assert!((energy - 1.0).abs() < 0.08, "energy {energy}, rel {rel}");
 }
 
-/// Thirty sheets, of which a mask leaves nothing, one behind the other in front of the rooms, and as many before a mirror. Rays went
-/// through eight, mirrored ones through sixteen, and found nothing behind: .107 of the light was missing, and .0023 for the mirror alone.
-/// 10⁻⁴: rounding along a way that stops often; on llvmpipe the images are the same.
+/// Thirty sheets that a mask removes entirely, one behind the other in front of the rooms, and as many before a mirror.
+/// Formerly rays passed at most eight, mirrored ones sixteen, and found nothing behind: .107 of the light was missing,
+/// and .0023 for the mirror alone. 10⁻⁴: rounding along a ray that stops often; on llvmpipe the images are equal.
 #[test]
 fn what_a_mask_leaves_nothing_of_is_not_there() {
     const SIZE: u32 = 48;
@@ -211,7 +217,7 @@ fn passes_over_the_image_come_nearer_to_the_truth_and_say_how_near() {
     let [one_rel, few_rel, many_rel] = [&one, &few, &many].map(|image| indirect(image, &truth).1);
     println!("one {one_rel}, few {few_rel}, many {many_rel}");
     assert!(few_rel < 0.85 * one_rel && many_rel < few_rel, "{one_rel}, {few_rel}, {many_rel}");
-    // The noise that the image states against its distance from the mean of 64 passes, of which the first 8 are an eighth.
+    // The stated noise against the distance from the mean of 64 passes, of which the first 8 are an eighth.
     let pixels = many.beauty().iter().zip(few.beauty()).map(|(many, few)| {
         let [many, few] = [many, few].map(|p| DVec3::from(p.map(f64::from)));
         (many, few - many)

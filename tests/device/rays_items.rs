@@ -1,4 +1,5 @@
-//! The light of list items with the method `rays`: which items stand alone, which are split, and that nothing comes through a wall.
+//! The light of list items with the method `rays`: which items stand alone, which are split, and that no light passes a
+//! wall.
 
 use crate::gpu;
 use crate::more;
@@ -7,7 +8,7 @@ use std::collections::BTreeMap;
 
 use crate::studio::{Studio, room};
 use glam::{DAffine3, DQuat, DVec3, IVec3, Vec3};
-use gpu::twins::split::Part;
+use gpu::twins::split::TrianglePart;
 use twobounce::ground::cells::LIT_COUNTS;
 use twobounce::ground::layout::{Globals, ItemPart, ListCount, ListItem, Triangle};
 use twobounce::renderer::{RenderOptions, Renderer};
@@ -21,7 +22,7 @@ use twobounce::vk::download;
 
 const EDGE: u32 = 16;
 
-/// Lists as the device holds them.
+/// Lists on the device.
 struct Held {
     items: Vec<ListItem>,
     parts: Vec<ItemPart>,
@@ -71,7 +72,7 @@ fn an_item_is_alone_where_it_is_lit_for_all_of_its_voxel() {
     assert!(alone.len() > 500 && others.len() > 100, "{} alone, {} with others", alone.len(), others.len());
 }
 
-/// The first place of an item among the places of the index, as in `glsl/ground/item_index.glsl`.
+/// The first slot of an item in the index's hash table, as in `glsl/ground/item_index.glsl`.
 fn index_place(item: &ListItem, places: usize) -> usize {
     let hash = item.triangle.wrapping_mul(0x9e37_79b1) ^ item.voxel.wrapping_mul(0xb504_f333);
     let hash = (hash ^ (hash >> 15)).wrapping_mul(0x85eb_ca77);
@@ -126,7 +127,7 @@ fn what_another_surface_cuts_is_lit_as_two_as_the_twin_says() {
                 IVec3::from([voxel % EDGE, voxel / EDGE % EDGE, voxel / EDGE / EDGE].map(|v| v as i32)).as_dvec3();
             let two_sided =
                 scene.materials[held.triangles[held.items[item].triangle as usize].material as usize].double_sided;
-            let cut = Part { corners: held.corners(item), center: low + 0.5, two_sided, others: &others };
+            let cut = TrianglePart { corners: held.corners(item), center: low + 0.5, two_sided, others: &others };
             if part.area < 1e-4 {
                 continue; // its middle is anywhere within rounding
             }
@@ -146,7 +147,7 @@ fn what_another_surface_cuts_is_lit_as_two_as_the_twin_says() {
             });
             off += u32::from(cut.sees(anchors[0], anchors[1]));
         }
-        // Where a cut ends within rounding of a point that is tried.
+        // A cut ends within rounding of a tested point.
         assert!(off * 100 < split + whole, "{turned}: {off} of {} differ", split + whole);
         assert!(split > 20 && whole > 200, "{turned}: {split} are split, {whole} are whole");
     }
@@ -221,7 +222,8 @@ fn no_light_comes_through_walls_of_a_quarter_voxel_or_less() {
     }
 }
 
-/// Places at which light came through: a strip narrower than the points that a part is looked over by took the other side's, and a sample hidden by the wall was lit.
+/// Places at which light once came through: a strip narrower than the distance of a part's test points took the other
+/// side's light, and a sample that the wall hides was lit.
 #[test]
 fn no_light_comes_through_a_wall_that_stands_askew() {
     let context = gpu::context();

@@ -1,6 +1,7 @@
-//! Rays and shadow rays through the tree of a frame, against brute force over all recorded triangles (`rays_oracle/oracle.rs`).
+//! Rays and shadow rays through the tree of a frame, against brute force over all recorded triangles
+//! (`rays_oracle/oracle.rs`).
 //!
-//! Every triangle lies within the grid. Rays end where it does, and promise nothing about what sticks out of it.
+//! Every triangle lies within the grid. Rays end at its border; there is no statement about surfaces outside.
 
 use crate::gpu;
 use crate::studio::asset;
@@ -16,11 +17,11 @@ use oracle::{Facet, Found, Oracle, Ray, Tally};
 use rayon::prelude::*;
 use twobounce::ground::constants::{Features, constants};
 use twobounce::renderer::Renderer;
-use twobounce::scene::{Alpha, Image, Material, Mesh, Mip, Scene, Texture, TextureRef, Wrap};
+use twobounce::scene::{Alpha, Material, Mesh, Mip, Scene, Texture, TextureImage, TextureRef, Wrap};
 use twobounce::settings::{Bounces, Settings, Tracer};
 use twobounce::vk::*;
 
-/// A point inside a facet, and the facet: the larger of two, so that needles are met more often than they are aimed at.
+/// A point on a facet, and the facet: the larger of two, so that needles are met more often than they are aimed at.
 fn point_on<'a>(facets: &'a [Facet], random: &mut Random) -> (DVec3, &'a Facet) {
     let mut draw = || &facets[(random.unit() * facets.len() as f64) as usize];
     let area = |f: &Facet| f.edges[0].cross(f.edges[1]).length();
@@ -108,11 +109,11 @@ fn trace(context: &Arc<Context>, renderer: &Renderer, settings: &Settings, shado
 /// The nearest triangles and the shadows that rays find.
 type Traced = [Vec<Found>; 2];
 
-/// Rays for which queries find something else than the tree: all but those that meet an edge, where the tree tests more triangles
-/// than a device proposes.
+/// The largest share of rays for which queries find another hit than the tree: rays that meet an edge, where the tree
+/// tests more triangles than a device proposes.
 const MOST_APART: f64 = 5e-4;
 
-/// Holds `count` rays over `scene` against brute force, by every tracer of the device. The tally is the tree's.
+/// Compares `count` rays over `scene` with brute force, by every tracer of the device. The tally is the tree's.
 fn compare(scene: &Scene, settings: &Settings, count: usize, undecided: f64) -> Tally {
     let of = |tracer: &Tracer| {
         let mut settings = settings.clone();
@@ -183,7 +184,8 @@ fn voxels(edge: u32) -> Settings {
 #[test]
 fn rays_in_the_gallery() {
     let scene = asset("gallery.glb");
-    // Fewer rays: it has more triangles. More of them are undecided: small triangles are seen from far, some twice.
+    // Fewer rays, because the scene has more triangles. More of them are undecided: small triangles are seen from far,
+    // some twice.
     compare(&scene, &voxels(64), 20_000, 0.012);
 }
 
@@ -206,7 +208,7 @@ fn room() -> Scene {
     scene
 }
 
-/// From small to large, by number.
+/// Sizes by number, from small to large.
 fn random_size(i: usize) -> f64 {
     1.2 * ((i * 7 % 100) as f64 / 100.0).powi(3)
 }
@@ -217,7 +219,7 @@ fn rays_in_a_cloud_of_triangles() {
     compare(&room(), &voxels(64), 100_000, 0.003);
 }
 
-/// Sheets with every way to let light through: masks, blending, tinted transmission, by textures and by factors, one- and
+/// Sheets with every way to transmit light: masks, blending, tinted transmission, by textures and by factors, one- and
 /// two-sided, and a few opaque ones. Every fourth lies in an axis plane.
 fn veils() -> Scene {
     let (mut scene, mut random) = (Scene::empty("veils"), Random::new(12));
@@ -228,7 +230,7 @@ fn veils() -> Scene {
         if k.is_multiple_of(4) { [255, 255, 0, alpha] } else { [color.x as u8, color.y as u8, color.z as u8, alpha] }
     };
     let rgba: Vec<u8> = (0..8 * 4).flat_map(|k| texel(k, &mut random)).collect();
-    scene.images.push(Image { name: "veil".into(), width: 8, height: 4, rgba });
+    scene.images.push(TextureImage { name: "veil".into(), width: 8, height: 4, rgba });
     for (linear, wrap) in [(false, [Wrap::Repeat, Wrap::Mirror]), (true, [Wrap::Mirror, Wrap::Clamp])] {
         scene.textures.push(Texture { image: 0, wrap, mag_linear: linear, min_linear: linear, mip: Mip::None });
     }
@@ -275,7 +277,7 @@ fn rays_through_masks_blending_and_glass() {
     assert!(tally.open > 10_000 && tally.blocked > 10_000 && tally.between > 10_000, "{tally:?}");
 }
 
-/// Slivers and needles across the grid, every other one a veil, and one large triangle that crosses everything.
+/// Slivers and needles across the grid, every other one transmitting, and one large triangle that crosses everything.
 fn slivers() -> Scene {
     let (mut scene, mut random) = (Scene::empty("slivers"), Random::new(13));
     let veil = Material { alpha: Alpha::Blend, base_color: Vec4::new(0.5, 0.5, 0.5, 0.25), ..Material::default() };
@@ -297,6 +299,6 @@ fn slivers() -> Scene {
 
 #[test]
 fn rays_between_slivers_and_needles() {
-    // Rounding of a needle's determinant is as large as the needle is wide.
+    // Rounding of a needle's determinant is as large as the needle's width.
     compare(&slivers(), &voxels(32), 100_000, 0.02);
 }

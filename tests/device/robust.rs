@@ -1,4 +1,4 @@
-//! Nothing that a frame does leaves a buffer: a device that checks it gives the same bits as one that does not.
+//! No access of a frame leaves a buffer: a device that checks accesses gives the same bits as one that does not.
 
 use twobounce::scene::{LoadOptions, Scene};
 use twobounce::settings::{PRESETS, Settings};
@@ -8,7 +8,8 @@ use crate::gpu::{render_from, with};
 use crate::more::every;
 use crate::vk_common::Host;
 
-/// The bits of a frame of the gallery, which has lamps, blended surfaces, mirrors and textures, on a device of these features.
+/// The bits of a frame of the gallery, which has lamps, blended surfaces, mirrors and textures, on a device with these
+/// features.
 fn bits(settings: &Settings, features: Features) -> Vec<[u32; 3]> {
     let host = Host::enabling(features);
     let context = host.adopt(|_| ()).expect("everything is enabled");

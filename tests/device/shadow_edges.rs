@@ -1,4 +1,4 @@
-//! Edges of shadows are as smooth as edges of surfaces: both are held against the exact share of each pixel.
+//! Edges of shadows are as smooth as edges of surfaces: both are compared with the exact share of each pixel.
 
 use crate::gpu;
 
@@ -8,7 +8,7 @@ use twobounce::scene::{LightKind, Material, Mesh, Projection, Scene, View};
 use twobounce::settings::Settings;
 
 const SIZE: u32 = 48;
-/// Of the image, metres.
+/// The image's side in metres.
 const HALF: f64 = 1.0;
 /// The edge goes through the image's middle at this angle, so that it cuts pixels in all ways.
 const TURN: f64 = 0.37;
@@ -20,7 +20,7 @@ fn quad(scene: &mut Scene, height: f32, half: bool) {
     scene.add_mesh(mesh, DAffine3::from_quat(DQuat::from_rotation_y(TURN)));
 }
 
-/// A light from above; the edge of a floor, or of a shadow that lies on the whole of it.
+/// A light from above, and either the edge of a floor or the edge of a shadow on a larger floor.
 fn scene(shadow: bool) -> Scene {
     let mut scene = Scene::empty("edge");
     quad(&mut scene, 0.0, !shadow);
@@ -46,9 +46,9 @@ fn shares() -> Vec<f64> {
     (0..SIZE * SIZE).map(share).collect()
 }
 
-/// Of the pixels that the edge cuts, the root mean square of what their light is off by, as a share of a whole pixel's.
+/// Root mean square of the error of the pixels that the edge cuts, as a share of a whole pixel's light.
 fn error(shadow: bool, preset: &str) -> f64 {
-    // Direct light is the same with every method.
+    // Direct light is equal with every method.
     let settings = gpu::with(Settings::preset(preset).expect("a preset"), &["method=none", "voxels=16"]);
     let projection = Projection::Orthographic { half_height: HALF as f32, near: 0.01, far: 10.0 };
     let view = View { eye: DVec3::Y * 0.5, forward: DVec3::NEG_Y, up: DVec3::Z, projection };

@@ -1,5 +1,5 @@
-//! The sky: its gradient in the image, on surfaces and in the path tracer, against closed forms; and when a scene needs light that it
-//! does not have.
+//! The sky: its gradient in the image, on surfaces and in the path tracer, against closed forms; and warnings of scenes
+//! without light.
 
 use crate::gpu;
 
@@ -32,7 +32,7 @@ fn off(pixels: &[[f32; 3]], expected: impl Fn(usize) -> Vec3) -> f32 {
 
 #[test]
 fn what_no_surface_covers_shows_the_sky_there() {
-    // Something has to be there: a speck above the cameras.
+    // A scene cannot be empty: it has a speck above the cameras.
     let mut scene = under_the_sky("sky");
     let grey = scene.add_material(Material::lambert("grey", Vec3::splat(0.5)));
     scene.add_mesh(Mesh::quad("speck", grey, Vec3::Y * 60.0, Vec3::Z, Vec3::X), DAffine3::IDENTITY);
@@ -47,13 +47,14 @@ fn what_no_surface_covers_shows_the_sky_there() {
             assert!(off < 1e-5, "{layer:?} is off by {off}: rounding of f32 directions");
         }
         assert!(image.get(Aov::Depth).expect("a layer").iter().all(|d| *d == [f32::INFINITY; 3]));
-        // The path tracer looks through points all over a pixel: of 4096, and a few per cent of difference across it.
+        // The path tracer samples points all over a pixel: of 4096, and a few per cent of difference across it.
         let off = off(traced(&scene, &view, 64).beauty(), sky);
         assert!(off < 0.02, "traced, it is off by {off}");
     }
 }
 
-/// Each channel of the sky passes a pane as the pane lets that channel pass; the mean of the three gave a grey sky behind red glass.
+/// Each channel of the sky passes a pane by the pane's transmission of that channel; the mean of the three gave a grey
+/// sky behind red glass.
 #[test]
 fn a_floor_under_coloured_glass_gets_the_sky_in_its_colour() {
     const GLASS: Vec3 = Vec3::new(0.9, 0.2, 0.05);
@@ -77,7 +78,7 @@ fn a_floor_under_coloured_glass_gets_the_sky_in_its_colour() {
     let view = View { eye: DVec3::Y * 0.04, forward: DVec3::NEG_Y, up: DVec3::Z, projection };
     let settings = gpu::with(Settings { voxels: 16, ..Settings::default() }, &["bounces=1", "rays.diffuse=32"]);
     let image = gpu::render_layers(&gpu::context(), &scene, &settings, SIZE, view, vec![]).read();
-    // Of the sky 1 part in 1600 comes in beside the pane.
+    // 1 part in 1600 of the sky comes in beside the pane.
     let off = off(image.beauty(), |_| 0.5 * SKY * GLASS);
     assert!(off < 0.02, "it is off by {off}");
 }
@@ -92,11 +93,12 @@ fn a_floor_sends_what_it_gets_of_the_gradient() {
     let normal = tilt.transform_vector3(DVec3::Y);
     let projection = Projection::Orthographic { half_height: 0.5, near: 0.01, far: 10.0 };
     let view = View { eye: normal, forward: -normal, up: tilt.transform_vector3(DVec3::Z), projection };
-    // Over the hemisphere the cosine's mean of what is linear in the direction is 2/3 of it along the normal.
+    // Over the hemisphere, the cosine-weighted mean of a function that is linear in the direction is 2/3 of its value
+    // along the normal.
     let expected = 0.5 * (SKY + GRADIENT * (2.0 / 3.0 * normal.y) as f32);
     let context = gpu::context();
-    // Rays and cones look in a few directions: their mean height is off by one or two hundredths. `lpv`: cells near a plane at a slant
-    // do not see all of the sky.
+    // Rays and cones have few directions: their mean height is off by one or two hundredths. `lpv`: cells near a
+    // slanting plane do not see all of the sky.
     for (name, most) in [("fast", 0.02), ("balanced", 0.01), ("cones", 0.03), ("photons", 0.03)] {
         let settings = Settings { voxels: 32, ..Settings::preset(name).expect("a preset") };
         let off = off(gpu::render_from(&context, &scene, &settings, SIZE, view).read().beauty(), |_| expected);
@@ -120,7 +122,7 @@ fn a_lamp_lights_a_room_and_a_label_does_not() {
         let view = View::look_at(DVec3::new(0.3, 0.2, 0.9), DVec3::new(0.0, -0.2, 0.0), DVec3::Y, 1.0);
         lights_itself(&scene, &scene.pose(None, 0.0), &view).expect("it can be traced")
     };
-    // A lamp of 20 cm under the ceiling shines down; one below the floor lights nothing that is seen.
+    // A lamp of 20 cm under the ceiling shines down; one below the floor lights no visible surface.
     assert!(emitting(0.2, 0.98));
     assert!(!emitting(0.2, -1.1));
 }

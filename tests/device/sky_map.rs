@@ -1,5 +1,5 @@
-//! A sky from a map: the even sky that it shows, the directional light that its sun is, what it sends onto surfaces, and what every
-//! method and the path tracer make of that, against closed forms and each other.
+//! A sky from a map: the uniform sky, the directional light of its sun, the light that arrives on surfaces, and the
+//! images of every method and of the path tracer, against closed forms and each other.
 
 use crate::gpu;
 
@@ -23,7 +23,7 @@ fn settings(name: &str) -> Settings {
     }
 }
 
-/// A map of that many rows.
+/// A map of this many rows.
 fn map(height: usize, radiance: impl Fn(DVec3) -> Vec3) -> Panorama {
     let width = 2 * height;
     let place = |i: usize| ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
@@ -48,7 +48,7 @@ fn add_floor(scene: &mut Scene, albedo: f32) -> (View, DVec3) {
     (View { eye: normal, forward: -normal, up: tilt.transform_vector3(DVec3::Z), projection }, normal)
 }
 
-/// Of radius ½, with smooth normals.
+/// A sphere of radius ½ with smooth normals.
 fn sphere(material: usize) -> Mesh {
     let rings = 24;
     let at = |x: usize, y: usize| 0.5 * direction(x as f64 / (2 * rings) as f64, y as f64 / rings as f64).as_vec3();
@@ -122,7 +122,7 @@ fn a_nearly_even_map_is_nearly_the_even_sky() {
     let mut scene = under("nearly", nearly);
     let view = add_floor(&mut scene, 0.5).0;
     let context = gpu::context();
-    // `lpv`: cells near a plane at a slant do not see all of the sky (tests/device/sky.rs).
+    // `lpv`: cells near a slanting plane do not see all of the sky (tests/device/sky.rs).
     for (name, most, pays) in [
         ("fast", 1e-3, "half of one of 512 steps of a texel"),
         ("none", 1e-3, "half of one of 512 steps of a texel"),
@@ -151,7 +151,8 @@ fn a_floor_sends_what_it_gets_of_a_soft_map() {
         expected += scene.sky_towards(d) * (0.5 / PI * solid_angle * d.dot(normal).max(0.0)) as f32;
     }
     let context = gpu::context();
-    // Rays and cones look in a few directions. `lpv`: cells near a plane at a slant do not see all of the sky (tests/device/sky.rs).
+    // Rays and cones have few directions. `lpv`: cells near a slanting plane do not see all of the sky
+    // (tests/device/sky.rs).
     for (name, most) in [("fast", 0.05), ("cones", 0.1), ("photons", 0.1), ("none", 0.01)] {
         let image = gpu::render_from(&context, &scene, &settings(name), SIZE, view).read();
         let off = off(image.beauty(), |_| expected);
@@ -162,7 +163,7 @@ fn a_floor_sends_what_it_gets_of_a_soft_map() {
     assert!((found / expected - 1.0).abs().max_element() < 0.005, "traced: {found} of {expected}; 36,864 paths");
 }
 
-/// A sun of one texel among black, and the directional light that it is; turned with the map.
+/// A sun of one texel among black ones, and the directional light of equal irradiance; both turned with the map.
 #[test]
 fn a_map_of_one_small_sun_is_a_directional_light() {
     let (height, radiance) = (128, Vec3::new(9000.0, 8000.0, 7000.0));
@@ -186,7 +187,7 @@ fn a_map_of_one_small_sun_is_a_directional_light() {
     let view = add_ball(&mut sunny, ball.clone());
     add_ball(&mut lit, ball.clone());
     for name in METHODS.into_iter().filter(|name| *name != "cones") {
-        // Under a sky `lpv` goes twice as many steps.
+        // Under a sky `lpv` takes twice as many steps.
         let settings = settings(name);
         let settings = if name == "lpv" { gpu::with(settings, &["lpv.iterations=16"]) } else { settings };
         let shown = |scene: &Scene| gpu::render_from(&context, scene, &settings, SIZE, view).read();
@@ -231,7 +232,8 @@ fn under_an_outdoor_sky_the_methods_agree_with_the_path_tracer() {
 /// the sky and no bounces, `lpv` six directions.
 const OUTDOOR: [(&str, f32); 5] = [("fast", 0.09), ("cones", 0.08), ("photons", 0.08), ("lpv", 0.18), ("none", 0.12)];
 
-/// A mirror, clear glass and the background show the map itself; what no surface covers is transparent where the sky is unseen.
+/// A mirror, clear glass and the background show the map itself; pixels without a surface are transparent where the sky
+/// is hidden.
 #[test]
 fn mirrors_and_the_background_show_the_map() {
     let lines = map(64, |d| Vec3::new(if (8.0 * d.x).sin() > 0.0 { 1.0 } else { 0.2 }, (0.5 + 0.5 * d.y) as f32, 0.3));
@@ -244,7 +246,7 @@ fn mirrors_and_the_background_show_the_map() {
         View { eye: DVec3::new(0.0, 1.0, 1.0), ..View::look_at(DVec3::new(0.0, 1.0, 1.0), DVec3::ZERO, DVec3::Y, 1.2) };
     let context = gpu::context();
     let size = 2 * SIZE;
-    // `lpv` knows six directions: its mirrors show no more.
+    // `lpv` has six directions, and so have its mirrors.
     for name in METHODS.into_iter().filter(|name| *name != "lpv") {
         for unseen in [false, true].into_iter().filter(|unseen| !unseen || name == "fast") {
             scene.sky_unseen = unseen;
@@ -258,11 +260,12 @@ fn mirrors_and_the_background_show_the_map() {
                     d.y = -d.y;
                 }
                 let expected = if unseen && !covered { Vec3::ZERO } else { scene.sky_towards(d) };
-                // Beside a line of the map a direction's last bits decide.
+                // At a line of the map a direction's last bits decide.
                 let near = [d + 2e-3 * DVec3::X, d - 2e-3 * DVec3::X].map(|d| scene.sky_towards(d.normalize()));
                 let spread = (near[0] - near[1]).abs().max_element();
                 let off = (Vec3::from(*p) - expected).abs().max_element();
-                // Mirrors show the first level's blur between texels; `cones` and the like look through as narrow a cone.
+                // Mirrors show the first level's blur between texels; cones look through glass with an equally narrow
+                // cone.
                 assert!(off < 0.01 + spread, "{name}, pixel {i}, alpha {}: {p:?} instead of {expected}", alpha[0]);
             }
             assert!(alpha.iter().any(|a| a[0] == 0.0) && alpha.iter().any(|a| a[0] == 1.0));

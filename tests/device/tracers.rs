@@ -1,5 +1,5 @@
-//! The two ways in which rays find triangles give the same images: through the tree, and by the device's own queries where it has
-//! some. `rays_oracle.rs` holds the hits of both.
+//! Both tracers give equal images: the tree, and the device's own queries where it has them. `rays_oracle.rs` checks
+//! the hits of both.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ fn by(tracer: Tracer, settings: &Settings) -> Settings {
     gpu::with(settings.clone(), &[&format!("rays.tracer={tracer}")])
 }
 
-/// Pixels of which 8 bits of a channel differ at half a step at least, of all.
+/// The share of pixels of which an 8-bit channel differs by at least half a step.
 fn differing(a: &[[f32; 3]], b: &[[f32; 3]]) -> usize {
     let encoded = |v: f32| v.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0;
     let apart = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).any(|k| (encoded(a[k]) - encoded(b[k])).abs() > 0.5);
@@ -37,7 +37,7 @@ fn queries(renderer: &Renderer) -> bool {
     renderer.ground().desc.features.has(Features::QUERY)
 }
 
-/// Holds the images of all tracers against the tree's: at most that share of pixels may differ.
+/// Compares the images of all tracers with the tree's: at most this share of pixels may differ.
 fn compare(context: &Arc<Context>, scene: &Scene, settings: &Settings, share: f64) {
     let image = |tracer: Tracer| {
         let view = scene.view(&scene.pose(None, 0.0), 0);
@@ -119,7 +119,7 @@ fn scenes_of_nothing_and_of_flat_triangles_have_images() {
         let mut none = Scene::empty("none");
         none.sky = glam::Vec3::ONE;
         gpu::render(&context, &none, &settings, 8);
-        // A scale of 0 leaves no triangle but one of each side of the box.
+        // A scale of 0 leaves only one triangle of each side of the box.
         let mut flat = room();
         flat.nodes.iter_mut().for_each(|node| {
             node.local = twobounce::scene::Transform::Matrix(DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0)));
@@ -128,7 +128,7 @@ fn scenes_of_nothing_and_of_flat_triangles_have_images() {
     }
 }
 
-/// Nothing is enabled on a host's device but what must be.
+/// A host's device has only the required features enabled.
 #[test]
 fn a_device_without_queries_has_the_tree_and_refuses_queries() {
     let host = Host::new();

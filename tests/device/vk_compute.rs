@@ -10,10 +10,10 @@ use twobounce::profile::executables::table;
 use twobounce::settings::Settings;
 use twobounce::vk::{
     self, Bind, Binding, BindingKind, Buffer, BufferKind, CommandLog, Compute, ComputeDesc, Constant, Recorder,
-    RecorderOptions, Stage, ZoneKind,
+    RecorderOptions, ShaderStage, ZoneKind,
 };
 
-/// Keeps a log.
+/// A context that keeps a log.
 const LOGGED: RecorderOptions = RecorderOptions { per_pass: false, steps: false, log: true };
 
 #[repr(C)]
@@ -107,13 +107,13 @@ fn reflection_gives_names_kinds_stages_and_layouts() {
         name: name.to_owned(),
         kind: BindingKind::Storage,
         count: 1,
-        stages: vec![Stage::Compute],
+        stages: vec![ShaderStage::Compute],
         read_only,
     };
     assert_eq!(pass.bindings(), [storage(0, "source", true), storage(1, "target", false)]);
     assert_eq!(pass.push_bytes(), 8);
     assert_eq!(pass.stages().len(), 1);
-    assert_eq!((pass.stages()[0].stage, pass.stages()[0].shader), (Stage::Compute, "test/copy.comp"));
+    assert_eq!((pass.stages()[0].stage, pass.stages()[0].shader), (ShaderStage::Compute, "test/copy.comp"));
 
     let structs = vk::shader::structs("test/copy.comp");
     let item = &structs["Item"];
@@ -177,7 +177,7 @@ fn an_indirect_dispatch_takes_its_groups_from_a_buffer() {
     gpu::assert_clean(&gpu::context());
 }
 
-/// Message of the panic in `f`; fails when there was none.
+/// Message of the panic in `f`; fails without a panic.
 fn panic_of(f: impl FnOnce()) -> String {
     let payload = catch_unwind(AssertUnwindSafe(f)).expect_err("this must panic");
     payload.downcast_ref::<String>().cloned().unwrap_or_default()
@@ -216,7 +216,7 @@ fn the_account_of_memory_is_the_sum_of_the_resources() {
     let large = Buffer::new(&context, "large", 10 << 20, BufferKind::Device).unwrap();
     let small = Buffer::new(&context, "small", 100, BufferKind::Upload).unwrap();
     assert_eq!(context.allocated_bytes(), large.allocated_bytes() + small.allocated_bytes());
-    // Alignment alone: a driver rounds a buffer up to at most 64 KiB.
+    // Alignment alone: a driver rounds a buffer up by at most 64 KiB.
     assert!(context.allocated_bytes() - (10 << 20) - 100 <= 2 << 16);
     drop(large);
     assert_eq!(context.allocated_bytes(), small.allocated_bytes());
@@ -276,8 +276,8 @@ fn programs_are_described_where_the_driver_can() {
 /// Set where the driver is known to describe programs.
 static SAYS_MUCH: LazyLock<bool> = LazyLock::new(|| std::env::var_os("TWOBOUNCE_TEST_DESCRIBES").is_some());
 
-/// RADV compiles for a card that is not there; what is submitted to it does nothing.
-/// Debian's package mesa-vulkan-drivers brings it beside lavapipe on this architecture.
+/// RADV compiles for a card that is absent; submissions to it do nothing. Debian's package mesa-vulkan-drivers installs
+/// it beside lavapipe on this architecture.
 #[test]
 #[cfg(target_arch = "x86_64")]
 fn a_compiler_for_cards_describes_programs_without_a_card() {

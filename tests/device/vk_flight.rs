@@ -1,4 +1,4 @@
-//! Several submissions in flight at once: each sees what those before it wrote, and keeps what it uses.
+//! Several submissions in flight at once: each sees the writes of those before it, and keeps its resources alive.
 
 use crate::gpu;
 

@@ -1,6 +1,7 @@
-//! Recording again over a warm slot takes nothing from the heap. A binary of its own: it counts what the process takes.
+//! Recording again over a warm slot allocates nothing on the heap. The test is a binary of its own, because it counts
+//! the allocations of the process.
 
-use crate::vk_common::{Frame, Host};
+use crate::vk_common::{Host, HostFrame};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use twobounce::vk::{
@@ -9,14 +10,14 @@ use twobounce::vk::{
 };
 
 /// The system's allocator; each thread counts its calls.
-struct Counting;
+struct CountingAllocator;
 
 thread_local! {
     static CALLS: Cell<u64> = const { Cell::new(0) };
 }
 
-// SAFETY: everything is passed on.
-unsafe impl GlobalAlloc for Counting {
+// SAFETY: every call is passed on unchanged.
+unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         CALLS.with(|calls| calls.set(calls.get() + 1));
         unsafe { System.alloc(layout) }
@@ -28,11 +29,11 @@ unsafe impl GlobalAlloc for Counting {
 }
 
 #[global_allocator]
-static HEAP: Counting = Counting;
+static HEAP: CountingAllocator = CountingAllocator;
 
-/// Allocations of one frame's recording, once the slot is warm, whatever the number of its commands.
+/// Allocations of one frame's recording over a warm slot, whatever the number of its commands.
 const ALLOCATIONS: u64 = 0;
-/// Of each kind.
+/// Number of commands of each kind.
 const PASSES: usize = 10;
 
 #[test]
@@ -85,7 +86,7 @@ fn recording_over_a_warm_slot_takes_nothing_from_the_heap() {
             });
         }
     };
-    let frame = Frame::new(&host);
+    let frame = HostFrame::new(&host);
     let mut slot = Slot::new(&context, SlotOptions { timestamps: true, log: false }).unwrap();
     let bytes = context.allocated_bytes();
     let calls = [(); 4].map(|()| {

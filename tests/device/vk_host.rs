@@ -1,6 +1,6 @@
-//! Within a host: its device, its command buffers, its submissions.
+//! Work within a host: its device, its command buffers, its submissions.
 
-use crate::vk_common::{Frame, Host};
+use crate::vk_common::{Host, HostFrame};
 use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
 use twobounce::Error;
@@ -11,7 +11,7 @@ use twobounce::vk::{
     ZoneKind,
 };
 
-/// As `Item` in `glsl/test/common.glsl`.
+/// Twin of `Item` in `glsl/test/common.glsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Item {
@@ -23,7 +23,7 @@ struct Item {
 const EDGE: u32 = 8;
 const ITEMS: u32 = 64;
 
-/// A compute and a raster pass, and what both frames in flight share.
+/// A compute and a raster pass, and the resources that both frames in flight share.
 struct Passes {
     compute: Compute,
     raster: Raster,
@@ -79,9 +79,9 @@ impl Passes {
     }
 }
 
-/// Objects that one frame in flight has for itself.
+/// Objects of one frame in flight.
 struct InFlight {
-    frame: Frame,
+    frame: HostFrame,
     slot: Slot,
     numbers: Buffer,
     texels: Buffer,
@@ -92,10 +92,10 @@ impl InFlight {
         let readback = |bytes| Buffer::new(context, "readback", bytes, BufferKind::Readback).expect("a buffer");
         let slot = Slot::new(context, SlotOptions { timestamps: true, log: false }).expect("a slot");
         let (numbers, texels) = (readback(u64::from(ITEMS) * 4), readback(u64::from(EDGE * EDGE) * 16));
-        Self { frame: Frame::new(host), slot, numbers, texels }
+        Self { frame: HostFrame::new(host), slot, numbers, texels }
     }
 
-    /// Records and submits a frame. The host's own commands write before and read afterwards, without a barrier.
+    /// Records and submits a frame. The host's own commands write before it and read after it, without a barrier.
     fn run(&mut self, host: &Host, context: &Arc<Context>, passes: &Passes, count: u32) {
         let items = [Item { position: [0.0; 3], count, weights: [[0.0; 2]; 2] }; ITEMS as usize];
         let commands = self.frame.commands;
@@ -115,7 +115,7 @@ impl InFlight {
         self.frame.submit(host);
     }
 
-    /// Waits for the frame that `run` was given `count` for, and checks all that it left.
+    /// Waits for the frame of the [`Self::run`] with `count`, and checks all its results.
     fn check(&self, context: &Arc<Context>, count: u32) {
         self.frame.wait();
         assert_eq!(self.numbers.read::<u32>(), [count + 1000; ITEMS as usize], "frame {count}");
@@ -162,10 +162,10 @@ fn a_host_records_into_its_own_command_buffers() {
     host.close();
 }
 
-/// There, rendering and barriers come from extensions.
+/// In Vulkan 1.2 rendering and barriers come from extensions.
 #[test]
 fn a_host_with_vulkan_1_2_does_as_well() {
-    let host = Host::of(raw::API_VERSION_1_2);
+    let host = Host::of_version(raw::API_VERSION_1_2);
     let context = host.adopt(|_| ()).unwrap();
     frames(&host, &context);
     drop(context);
@@ -178,7 +178,7 @@ fn a_slot_measures_and_logs_only_on_demand() {
     let context = host.adopt(|_| ()).unwrap();
     let values = Buffer::new(&context, "values", 64, BufferKind::Device).unwrap();
     for (timestamps, log) in [(false, true), (true, false)] {
-        let frame = Frame::new(&host);
+        let frame = HostFrame::new(&host);
         let mut slot = Slot::new(&context, SlotOptions { timestamps, log }).unwrap();
         frame.begin();
         // SAFETY: the frame is waited for before the slot is dropped.
@@ -200,13 +200,14 @@ fn a_slot_measures_and_logs_only_on_demand() {
     host.close();
 }
 
-/// The barriers at both ends of a recording are what the other tests' hosts rely on: without one, the layer speaks.
+/// The other tests' hosts rely on the barriers at both ends of a recording: without one, the validation layer reports
+/// it.
 #[test]
 fn the_host_is_really_validated() {
     let host = Host::new();
     let context = host.adopt(|_| ()).unwrap();
     let passes = Passes::new(&context);
-    let frame = Frame::new(&host);
+    let frame = HostFrame::new(&host);
     frame.begin();
     for value in [1, 2] {
         unsafe { host.device.cmd_fill_buffer(frame.commands, passes.source.handle(), 0, 64, value) };
@@ -265,6 +266,6 @@ fn a_host_that_did_not_enable_what_is_needed_is_refused() {
 fn structures_of_a_later_version_say_the_same() {
     let structs = vk::required_features().structs();
     let vulkan13 = raw::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
-    assert_eq!(vk::Features::of(&structs.core, &structs.vulkan12, &vulkan13), vk::required_features());
+    assert_eq!(vk::Features::of_structs(&structs.core, &structs.vulkan12, &vulkan13), vk::required_features());
     assert!(vk::required_extensions(raw::API_VERSION_1_2).len() > vk::required_extensions(raw::API_VERSION_1_3).len());
 }

@@ -6,10 +6,10 @@ use bytemuck::{Pod, Zeroable};
 use twobounce::vk::{
     self, Bind, Buffer, BufferKind, CallLog, ColorTarget, CompareOp, Compute, ComputeDesc, DepthDesc, DepthTarget,
     DrawCall, Filter, Format, Image, ImageDesc, ImageDim, ImageRegion, ImageUsageFlags, Load, Raster, RasterDesc,
-    Recorder, RecorderOptions, Rect, RenderTarget, Sampler, SamplerAddressMode, Stage, VertexInput, ZoneKind,
+    Recorder, RecorderOptions, Rect, RenderTarget, Sampler, SamplerAddressMode, ShaderStage, VertexInput, ZoneKind,
 };
 
-/// Keeps a log.
+/// A context that keeps a log.
 const LOGGED: RecorderOptions = RecorderOptions { per_pass: false, steps: false, log: true };
 
 fn volume(label: &str, edge: u32, format: Format) -> Image {
@@ -36,7 +36,7 @@ fn cleared(view: vk::ImageView<'_>) -> ColorTarget<'_> {
     ColorTarget { view, resolve: None, load: Load::Clear([0.5; 4]), store: true }
 }
 
-/// Every slice of a level of a 3D image is drawn by one instance of a triangle, with and without a geometry shader.
+/// One instance of a triangle draws each slice of a level of a 3D image, with and without a geometry shader.
 #[test]
 fn a_layered_draw_writes_every_slice() {
     let stages = [("test/slices.vert", None), ("test/slices_by_geometry.vert", Some("test/slices.geom"))];
@@ -81,7 +81,7 @@ fn a_layered_draw_writes_every_slice() {
 
             let draw = log.zones[0].draws().next().unwrap();
             assert_eq!(draw.stages.len(), if geometry.is_some() { 3 } else { 2 });
-            assert_eq!(draw.shader(Stage::Geometry), geometry);
+            assert_eq!(draw.shader(ShaderStage::Geometry), geometry);
             assert_eq!(draw.stages.last().unwrap().outputs, 2);
             assert_eq!((draw.target.width, draw.target.height, draw.target.layers), (edge, edge, edge));
             assert_eq!(draw.call, CallLog::Direct { vertices: 3, instances: edge - 1 });
@@ -233,7 +233,7 @@ fn four_samples_are_averaged_and_depth_decides() {
     gpu::assert_clean(&gpu::context());
 }
 
-/// A masked pass draws nothing, an indirect one takes its counts from a buffer, and rows are copied by their offset.
+/// A masked pass draws nothing, an indirect one reads its counts from a buffer, and rows are copied by their offset.
 #[test]
 fn masked_and_indirect_draws_and_rows() {
     let usage = ImageUsageFlags::COLOR_ATTACHMENT | ImageUsageFlags::TRANSFER_SRC;

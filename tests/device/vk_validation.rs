@@ -1,4 +1,4 @@
-//! The validation layer is really on: it sees a planted hazard and a planted misuse. And a device that does not exist
+//! The validation layer is active: it reports a planted hazard and a planted misuse. And a device that does not exist
 //! is refused.
 
 use crate::gpu;
@@ -6,7 +6,7 @@ use crate::gpu;
 use std::sync::Arc;
 use twobounce::vk::{self, Bind, Compute, ComputeDesc, Context, ContextOptions, Recorder, RecorderOptions, ZoneKind};
 
-/// One dispatch writes what the next one reads; without a barrier between them that is a hazard.
+/// One dispatch writes the bytes that the next one reads; without a barrier between them that is a hazard.
 fn write_then_read(context: &Arc<Context>, barrier: bool) {
     let desc = ComputeDesc { label: "copy", shader: "test/copy.comp", constants: &[("SCALE", 1u32.into())] };
     let pass = Compute::new(context, &desc).unwrap();

@@ -1,13 +1,13 @@
-//! Changes of bytes, whatever they mean.
+//! Changes of bytes without regard to their meaning.
 
 use std::ops::Range;
 
 use crate::random::Random;
 
-/// No input grows beyond this: what is fuzzed is what small files do.
+/// The largest size of an input, because fuzzing concerns small files.
 pub const MOST_BYTES: usize = 64 << 10;
 
-/// Numbers at the ends of types and of what formats count.
+/// Numbers at the limits of types and of the counts of formats.
 pub const WHOLE: [u64; 18] = [
     0,
     1,
@@ -29,8 +29,8 @@ pub const WHOLE: [u64; 18] = [
     u64::MAX,
 ];
 
-/// Changes up to eight places of a part of the bytes; some changes move what is behind it. `other`: another input, of which
-/// parts are taken.
+/// Changes up to eight places of a part of the bytes; some changes move the bytes behind it. `other`: another input,
+/// from which parts are copied.
 pub fn change(random: &mut Random, bytes: &mut Vec<u8>, part: Range<usize>, other: &[u8]) {
     for _ in 0..random.few() {
         let part = part.start.min(bytes.len())..part.end.min(bytes.len());
@@ -81,7 +81,7 @@ fn once(random: &mut Random, bytes: &mut Vec<u8>, part: Range<usize>, other: &[u
     }
 }
 
-/// Writes a number of two, four or eight bytes in either order, or adds to the one that is there.
+/// Writes a number of two, four or eight bytes in either order, or adds to the present one.
 fn number(random: &mut Random, bytes: &mut [u8], at: usize) {
     let width = [1, 2, 4, 4, 8][random.below(5)].min(bytes.len() - at);
     let slot = &mut bytes[at..at + width];

@@ -1,5 +1,5 @@
-//! Which edges of the program's code an input goes over, where it was built to count them (`docs/notes/fuzzing.md` says how). Otherwise
-//! nothing is counted, and inputs are new by their outcome alone.
+//! The edges of the program's code that an input reaches, where the build counts them (`docs/notes/fuzzing.md` says
+//! how). Otherwise nothing is counted, and inputs are new by their outcome alone.
 
 use std::sync::Mutex;
 
@@ -25,12 +25,12 @@ pub struct Coverage {
 }
 
 impl Coverage {
-    /// Before an input.
+    /// Resets the counters before an input.
     pub fn clear(&mut self) {
         counters().for_each(|part| part.fill(0));
     }
 
-    /// After it: whether a counter reached a range of counts for the first time.
+    /// After an input: whether a counter reached a range of counts for the first time.
     pub fn is_new(&mut self) -> bool {
         let (mut at, mut new) = (0, false);
         for part in counters() {
@@ -52,7 +52,7 @@ impl Coverage {
 
 fn counters() -> impl Iterator<Item = &'static mut [u8]> {
     let parts = PARTS.lock().map(|parts| parts.clone()).unwrap_or_default();
-    // SAFETY: the linker made these arrays of bytes, which live as long as the program. Code that counts writes single bytes
-    // meanwhile, on this thread or another; a count that is lost loses nothing.
+    // SAFETY: the linker made these arrays of bytes, which live as long as the program. Instrumented code writes single
+    // bytes meanwhile, on this thread or another; a lost count does no harm.
     parts.into_iter().map(|(start, length)| unsafe { std::slice::from_raw_parts_mut(start as *mut u8, length) })
 }

@@ -1,14 +1,14 @@
-//! Steps that follow a loaded scene on the processor, up to the data that a device would get: none may panic, whatever
-//! the scene is.
+//! Steps after the loading of a scene, on the processor, up to the data for a device: none may panic, whatever the
+//! scene.
 
 use std::sync::atomic::AtomicBool;
 
 use glam::{DAffine3, Vec3};
 use twobounce::Error;
 use twobounce::frame::{FrameDesc, first_plan};
-use twobounce::ground::clearance::for_camera;
 use twobounce::ground::expected_items::expected_items;
 use twobounce::ground::grid::{Grid, radiance_scale};
+use twobounce::ground::grid_choice::for_camera;
 use twobounce::ground::lamps::Lamps;
 use twobounce::ground::scene_on_gpu::ScenePacked;
 use twobounce::ground::uniforms::{self, FrameUniforms};
@@ -20,11 +20,11 @@ use twobounce::scene::{Material, Mesh, Pose, Scene, Still, View};
 use twobounce::settings::{PRESETS, Settings};
 use twobounce::stability::warnings::known_failures;
 
-/// Larger scenes are valid and take their time, which is no fault: only what is cheap follows them.
+/// Larger scenes are valid and take long, which is no fault: only cheap steps follow for them.
 const MOST_TRIANGLES: usize = 20_000;
 const MOST_TEXELS: usize = 1 << 20;
 
-/// Goes the way of `twobounce render` and `reference`. `choice` selects animation, camera, preset and what takes longer.
+/// Takes the steps of `twobounce render` and `reference`. `choice` selects animation, camera, preset and slower steps.
 pub fn scene(mut scene: Scene, choice: u64) {
     let some = |count: usize, bits: u32| (count > 0).then(|| (choice >> bits) as usize % count);
     let animation = some(scene.animations.len(), 0);
@@ -55,7 +55,7 @@ pub fn scene(mut scene: Scene, choice: u64) {
     trace(&scene, &pose, &view);
 }
 
-/// Runs the steps of a device with these settings, on a scene that is whole.
+/// Takes the steps before a device with these settings, on a valid scene.
 pub fn settings(settings: &Settings) {
     let mut scene = Scene::empty("quad");
     let lamp = scene.add_material(Material::lamp("lamp", Vec3::ONE));
@@ -63,12 +63,12 @@ pub fn settings(settings: &Settings) {
     device(Still::new(&scene, &scene.pose(None, 0.0), &View::framing(scene.bounds(None))), settings);
 }
 
-/// Makes the data that a device would be given, and plans the memory that it would take.
+/// Makes the data for a device, and plans its memory.
 fn device(Still { scene, pose, view }: Still, settings: &Settings) {
     let bounds = scene.bounds(None);
     let packed = ScenePacked::new(scene, pose);
     packed.plan();
-    let trees = packed.trees.of(scene);
+    let trees = packed.trees.of_scene(scene);
     trees.top(&pose.world_from_instance);
     let desc = FrameDesc { scene, settings, size: (4, 4), outputs: 1, bounds, slots: 1, query: None, waits: false };
     first_plan(&desc, &packed.trees)(16);
@@ -97,7 +97,7 @@ fn device(Still { scene, pose, view }: Still, settings: &Settings) {
     .layout();
 }
 
-/// An image of 4 × 4 pixels by the path tracer, and the file of it.
+/// Path-traces an image of 4 × 4 pixels, and writes its file.
 pub fn trace(scene: &Scene, pose: &Pose, view: &View) {
     let (width, height) = (4, 4);
     let options = Options { width, height, depth: Depth::Full, stop: Stop::Samples(1), seed: 1, occlusion: true };
@@ -106,7 +106,7 @@ pub fn trace(scene: &Scene, pose: &Pose, view: &View) {
     let control = Control { progress: &|_| {}, save: &mut |_| Ok(()), cancel: &never };
     match render(Still::new(scene, pose, view), &options, &mut film, control) {
         Ok(()) => {}
-        // An animation may carry what it moves out of the range of numbers.
+        // An animation may move nodes out of the range of numbers.
         Err(Error::Usage(said)) if pose.check(scene).is_err() => return assert!(said.contains("not finite"), "{said}"),
         Err(error) => panic!("{error}"),
     }

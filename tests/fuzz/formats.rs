@@ -1,4 +1,4 @@
-//! Lengths and check sums of a file, made right again after a change, so that changes get past them.
+//! Lengths and checksums of a file, corrected after a change, so that readers go past them.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use crate::random::Random;
 
 /// A change of a file with this ending. `other`: another file.
 pub fn change(random: &mut Random, ending: &str, file: &[u8], other: &[u8]) -> Vec<u8> {
-    // Some changes are of the plain bytes, so that headers and check sums are wrong too.
+    // Some changes leave wrong headers and checksums, so that these are tested too.
     let plain = random.below(8) == 0;
     let mut out = file.to_vec();
     match ending {
@@ -33,7 +33,7 @@ pub fn change(random: &mut Random, ending: &str, file: &[u8], other: &[u8]) -> V
         _ => {}
     }
     let all = 0..out.len();
-    // Headers say how to read the rest.
+    // Headers determine how the rest is read.
     let part = if random.below(4) == 0 { 0..out.len().min(128) } else { all };
     bytes::change(random, &mut out, part, other);
     match ending {
@@ -45,14 +45,14 @@ pub fn change(random: &mut Random, ending: &str, file: &[u8], other: &[u8]) -> V
     out
 }
 
-/// Changes names and values of a TOML text; `None` where the result is none.
+/// Changes names and values of a TOML text; `None` where the result is not TOML.
 fn toml_text(random: &mut Random, file: &[u8]) -> Option<Vec<u8>> {
     let mut document: Value = toml::from_str(std::str::from_utf8(file).ok()?).ok()?;
     json::change(random, &mut document);
     toml::to_string(&document).ok().map(String::into_bytes)
 }
 
-/// Changes the document, what a buffer view holds, or any byte of the binary chunk.
+/// Changes the document, the content of a buffer view, or any byte of the binary chunk.
 fn glb(random: &mut Random, file: &[u8], other: &[u8]) -> Option<Vec<u8>> {
     let (mut document, mut binary) = split(file)?;
     match random.below(5) {
@@ -68,7 +68,7 @@ fn glb(random: &mut Random, file: &[u8], other: &[u8]) -> Option<Vec<u8>> {
             bytes::change(random, &mut binary, all, other);
         }
     }
-    // A change that moved bytes left the stated length behind.
+    // A change that moved bytes made the stated length wrong.
     if random.below(4) > 0
         && let Some(length) = document.pointer_mut("/buffers/0/byteLength")
         && length.as_u64().is_some_and(|length| length > binary.len() as u64)
@@ -79,7 +79,7 @@ fn glb(random: &mut Random, file: &[u8], other: &[u8]) -> Option<Vec<u8>> {
     (out.len() <= MOST_BYTES).then_some(out)
 }
 
-/// The document and the binary chunk of a whole file.
+/// The document and the binary chunk of a valid file.
 pub fn split(glb: &[u8]) -> Option<(Value, Vec<u8>)> {
     let word = |at: usize| Some(u32::from_le_bytes(glb.get(at..at + 4)?.try_into().ok()?) as usize);
     let end = 20usize.checked_add(word(12)?)?;
@@ -98,7 +98,7 @@ pub fn join(document: &Value, binary: &[u8]) -> Vec<u8> {
     [b"glTF", &words(head)[..], b"JSON", &text, &(binary.len() as u32).to_le_bytes(), b"BIN\0", &binary].concat()
 }
 
-/// Where the binary chunk holds the content of buffer views and of compressed ones.
+/// The ranges of the binary chunk with the content of buffer views and of compressed ones.
 fn views(document: &Value, length: usize) -> Vec<Range<usize>> {
     let number = |value: &Value, key: &str| value.get(key).and_then(Value::as_u64).unwrap_or(0) as usize;
     let range = |value: &Value| {
@@ -113,7 +113,7 @@ fn views(document: &Value, length: usize) -> Vec<Range<usize>> {
     ranges.filter(|range| !range.is_empty()).collect()
 }
 
-/// Makes the check sums of all chunks right.
+/// Corrects the checksums of all chunks.
 fn mend_png(png: &mut [u8]) {
     let mut at = 8;
     while let Some(length) = png.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_be_bytes) {
@@ -125,20 +125,20 @@ fn mend_png(png: &mut [u8]) {
     }
 }
 
-/// The check sum of PNG (ISO 3309), bit by bit.
+/// The checksum of PNG (ISO 3309), bit by bit.
 fn crc(bytes: &[u8]) -> u32 {
     let step = |crc: u32, _| if crc & 1 == 1 { 0xedb8_8320 ^ (crc >> 1) } else { crc >> 1 };
     !bytes.iter().fold(!0, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), step))
 }
 
-/// A film ends with the hash of what is before.
+/// A film ends with the hash of all bytes before it.
 fn mend_film(film: &mut [u8]) {
     if let Some((content, hash)) = film.split_last_chunk_mut::<32>() {
         *hash = *blake3::hash(content).as_bytes();
     }
 }
 
-/// A part of a film holds its film behind the length of a text and the text.
+/// A part of a film holds its film after a text and the text's length.
 fn mend_part(part: &mut [u8]) {
     let length = part.get(8..12).and_then(|bytes| bytes.try_into().ok()).map_or(0, u32::from_le_bytes) as usize;
     if let Some(film) = part.get_mut(length.saturating_add(12)..) {

@@ -1,5 +1,5 @@
-//! Limits of an input: memory, time, and no panic. An input that breaks a limit ends the process with a line that says
-//! so; the file that did it lies where it was written.
+//! Limits of an input: memory, time, and no panic. An input that breaks a limit ends the process with a line about it;
+//! its file stays where it was written.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -7,31 +7,31 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// Four times what a scene may take by the loader's own count ([`crate::targets`]): counts are estimates from above, and
-/// what else there is, tables and the file itself, is small.
+/// Four times the memory of a scene by the loader's own count ([`crate::targets`]): counts are estimates from above,
+/// and the rest, tables and the file itself, is small.
 const MOST_BYTES: usize = 256 << 20;
-/// Processor time of one input. What is small is done in milliseconds; the limit detects what grows out of bounds, also
-/// where another program takes the processor.
+/// Processor time of one input. Small inputs take milliseconds; the limit detects unbounded growth, also where another
+/// program takes the processor.
 const MOST_TIME: Duration = Duration::from_secs(2);
 
 /// The exit code of a process that ended at a limit or a fault.
 pub const FAULT: i32 = 3;
-/// Begins the line that says why.
+/// The start of the line with the reason.
 pub const BECAUSE: &str = "fault: ";
 
 /// Bytes in use, by the whole process.
 static LIVE: AtomicUsize = AtomicUsize::new(0);
-/// The most since the last input began.
+/// The largest number since the last input began.
 static PEAK: AtomicUsize = AtomicUsize::new(0);
-/// Processor time when the input began that is worked on, in nanoseconds; 0 between inputs.
+/// Processor time at the start of the present input, in nanoseconds; 0 between inputs.
 static SINCE: AtomicU64 = AtomicU64::new(0);
 
-pub struct Counting;
+pub struct GuardedAllocator;
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: GuardedAllocator = GuardedAllocator;
 
-impl Counting {
+impl GuardedAllocator {
     fn add(bytes: usize) {
         let live = LIVE.fetch_add(bytes, Relaxed).saturating_add(bytes);
         PEAK.fetch_max(live, Relaxed);
@@ -41,8 +41,8 @@ impl Counting {
     }
 }
 
-// SAFETY: every call goes to the system's allocator as it is.
-unsafe impl GlobalAlloc for Counting {
+// SAFETY: every call goes to the system's allocator unchanged.
+unsafe impl GlobalAlloc for GuardedAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         Self::add(layout.size());
         unsafe { System.alloc(layout) }
@@ -65,10 +65,10 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// Says why and ends the process, without allocating.
+/// Prints the reason and ends the process, without allocating.
 fn end(why: &str) -> ! {
     for part in [BECAUSE, why, "\n"] {
-        // SAFETY: a pointer with its length. What cannot be written is not said.
+        // SAFETY: a pointer with its length. A failure to write is ignored.
         let _ = unsafe { libc::write(2, part.as_ptr().cast(), part.len()) };
     }
     // SAFETY: nothing runs after this.
@@ -83,7 +83,7 @@ fn now() -> u64 {
     time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
 }
 
-/// Where the last panic was, and what it said.
+/// Position and message of the last panic.
 static PANIC: Mutex<String> = Mutex::new(String::new());
 
 /// Starts to watch time, and keeps panics from being printed.
@@ -106,14 +106,14 @@ pub fn start() {
     });
 }
 
-/// Time and memory that an input took.
+/// Time and memory of an input.
 #[derive(Clone, Copy, Default)]
 pub struct Cost {
     pub seconds: f64,
     pub bytes: usize,
 }
 
-/// Runs under the limits. The error says where it panicked.
+/// Runs under the limits. The error names the position of a panic.
 pub fn watched<T>(run: impl FnOnce() -> T) -> (Result<T, String>, Cost) {
     let (before, since) = (LIVE.load(Relaxed), now());
     PEAK.store(before, Relaxed);

@@ -1,11 +1,11 @@
-//! Changes of a JSON document that keep it JSON.
+//! Changes of a JSON document that leave it valid JSON.
 
 use serde_json::{Map, Value, json};
 
 use crate::bytes::WHOLE;
 use crate::random::Random;
 
-/// Texts that formats know, and texts that they do not expect.
+/// Strings that formats define, and unexpected ones.
 const TEXTS: [&str; 26] = [
     "",
     "SCALAR",
@@ -53,7 +53,7 @@ const KEYS: [&str; 14] = [
     "extensions",
 ];
 
-/// A value that grows beyond so many entries is left alone: large documents are bombs, which have tests of their own.
+/// A value with more entries than this is not extended: large documents have tests of their own.
 const MOST_ENTRIES: usize = 300;
 
 /// Changes up to eight places.

@@ -1,5 +1,5 @@
-//! Files that are damaged in every way that a program can think of: none may make what reads them panic, hang, take much
-//! memory or say anything but one sentence. `docs/notes/fuzzing.md` says how to run this for longer and how to repeat a fault.
+//! Files with random damage: no reader may panic, hang, take much memory or print anything but one sentence.
+//! `docs/notes/fuzzing.md` says how to run this for longer and how to repeat a fault.
 #![cfg(target_os = "linux")]
 
 mod bytes;
@@ -22,11 +22,11 @@ use std::process::{Child, Command, Stdio};
 
 use guard::BECAUSE;
 
-/// Workers, and seconds that each works: two minutes of one processor.
+/// Number of workers, and seconds of each: two minutes of processor time.
 const WORKERS: u64 = 2;
 const SECONDS: u64 = 60;
 
-/// Environment variables by which a worker gets its task, and which a person may set.
+/// Environment variables with a worker's task; a person may set them too.
 const FOLDER: &str = "TWOBOUNCE_FUZZ_FOLDER";
 const FILE: &str = "TWOBOUNCE_FUZZ_FILE";
 const SEED_VARIABLE: &str = "TWOBOUNCE_FUZZ_SEED";
@@ -39,21 +39,21 @@ fn number(variable: &str, default: u64) -> u64 {
         .map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{variable} takes a whole number")))
 }
 
-/// Whole files, and damaged ones that were faults once.
+/// Valid files, and damaged ones that were faults once.
 pub fn corpus() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folders = ["tests/fuzz/corpus", "tests/fuzz/found", "tests/values/gltf/compressed", "tests/values/maps"];
     let entries = folders.iter().flat_map(|folder| fs::read_dir(root.join(folder)).expect("the folder is there"));
     let paths = entries.map(|entry| entry.expect("the folder can be read").path());
-    // Larger ones take longer and show no more.
+    // Larger ones take longer and find no more.
     let small = |path: &PathBuf| path.metadata().is_ok_and(|about| about.len() < 20_000);
     let no_list = |path: &PathBuf| !path.ends_with("streams.json");
-    let mut paths: Vec<PathBuf> = paths.filter(|p| targets::of(p).is_some() && small(p) && no_list(p)).collect();
+    let mut paths: Vec<PathBuf> = paths.filter(|p| targets::index_of(p).is_some() && small(p) && no_list(p)).collect();
     paths.sort();
     paths
 }
 
-/// A folder in memory where there is one: files are written thousands of times a second.
+/// A folder in memory where there is one, because files are written thousands of times a second.
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir()).expect("a folder can be made")
 }
@@ -68,7 +68,7 @@ fn worker_in(folder: &Path) -> Command {
     command
 }
 
-/// Waits for a worker: `None` when it ended well, else what its fault was.
+/// Waits for a worker: `None` when it ended well, else its fault.
 fn fault_of(child: Child) -> Option<String> {
     let output = child.wait_with_output().expect("a worker can be waited for");
     if output.status.success() {
@@ -81,12 +81,12 @@ fn fault_of(child: Child) -> Option<String> {
     )
 }
 
-/// The fault of one file in a process of its own.
+/// Runs one file in a separate process and returns its fault.
 fn fault_of_file(folder: &Path, file: &Path) -> Option<String> {
     fault_of(worker_in(folder).env(FILE, file).spawn().expect("a worker can be started"))
 }
 
-/// Not a test: what the processes that the others start do.
+/// Not a test: the entry point of the processes that the tests start.
 #[test]
 #[ignore = "the tests below start it"]
 fn worker() {
@@ -101,7 +101,7 @@ fn worker() {
     }
 }
 
-/// Every file as it is, or the one that `TWOBOUNCE_FUZZ_FILE` names.
+/// Every undamaged file, or the one that `TWOBOUNCE_FUZZ_FILE` names.
 #[test]
 fn files_of_the_corpus_are_survived() {
     let folder = folder();
@@ -111,7 +111,7 @@ fn files_of_the_corpus_are_survived() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// A minute on two processors, or as long as `TWOBOUNCE_FUZZ_SECONDS` says.
+/// A minute on two processors, or the time in `TWOBOUNCE_FUZZ_SECONDS`.
 #[test]
 fn damaged_files_are_survived() {
     let folder = folder();

@@ -1,4 +1,4 @@
-//! Makes a file that is a fault smaller while it stays the same fault.
+//! Shrinks a file with a fault while it keeps the fault.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 
 use crate::fault_of_file;
 
-/// Each attempt is a process.
+/// The largest number of attempts; each is a process.
 const MOST_TIME: Duration = Duration::from_secs(60);
 
-/// Keeps the input that ended a worker under `target/fuzz`, shrunk, and says how to repeat it.
+/// Stores the input that ended a worker under `target/fuzz`, shrunk, and prints how to repeat it.
 pub fn kept(folder: &Path, seed: u64, fault: &str) -> String {
     let Some(input) = last_input(folder) else { return format!("seed {seed} without an input {fault}") };
     let bytes = fs::read(&input).expect("the input is there");
@@ -26,16 +26,16 @@ pub fn kept(folder: &Path, seed: u64, fault: &str) -> String {
     )
 }
 
-/// A worker removes what was no fault.
+/// A worker removes an input without a fault.
 fn last_input(folder: &Path) -> Option<PathBuf> {
     let files = fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path());
     files.into_iter().find(|path| path.file_stem().is_some_and(|stem| stem == "input"))
 }
 
-/// Takes away ever smaller parts.
+/// Removes ever smaller parts.
 fn shrunk(folder: &Path, input: &Path, mut bytes: Vec<u8>, fault: &str) -> Vec<u8> {
     let candidate = folder.join("candidate").with_extension(input.extension().unwrap_or_default());
-    // Where it panicked, without what it said: that may count bytes.
+    // The position of the panic without its message, which may contain numbers.
     let kind = |fault: &str| fault.split_once(": ").map_or(fault, |(place, _)| place).to_owned();
     let same = |bytes: &[u8]| {
         fs::write(&candidate, bytes).expect("the folder can be written");

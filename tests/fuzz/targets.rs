@@ -1,4 +1,4 @@
-//! Targets of fuzzing: everything that the program reads from files, by the endings of their names.
+//! Targets of fuzzing: all kinds of files that the program reads, by the endings of their names.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -27,15 +27,16 @@ use crate::follow;
 use crate::valid::assert_valid;
 use crate::worker::wrong_sentence;
 
-/// Bytes that loading may take by its own count; the guard around it allows what else there is.
+/// Bytes that loading may take by its own count; the guard allows for the rest.
 const LOAD_BYTES: u64 = 64 << 20;
 
-pub struct Target {
+pub struct FuzzTarget {
     pub name: &'static str,
-    /// Of files in the corpus, and how many in twenty inputs are made of those.
+    /// Endings of its files in the corpus.
     pub endings: &'static [&'static str],
+    /// Its share of the inputs in twentieths.
     pub share: usize,
-    /// Whether the name of the file begins every refusal.
+    /// Whether every refusal begins with the file's name.
     pub names_file: bool,
     pub run: fn(&Input) -> Outcome,
 }
@@ -45,28 +46,28 @@ pub struct Input<'a> {
     pub folder: &'a Path,
     pub path: &'a Path,
     pub bytes: &'a [u8],
-    /// Anything, always the same for the same bytes: how the file is used.
+    /// A random number that depends on the bytes alone, and chooses how the file is used.
     pub choice: u64,
 }
 
-/// Result of a file in words that change when something new happens, or why it was refused.
+/// The file's result in words that change when something new happens, or the reason of its refusal.
 pub type Outcome = Result<String, String>;
 
-pub const TARGETS: [Target; 10] = [
-    Target { name: "scene", endings: &["glb", "gltf"], share: 10, names_file: true, run: scene },
-    Target { name: "stream", endings: &["stream.glb"], share: 2, names_file: true, run: scene },
-    Target { name: "texture", endings: &["png", "jpg", "webp", "ktx2"], share: 4, names_file: true, run: texture },
-    Target { name: "map", endings: &["hdr", "exr"], share: 2, names_file: true, run: map },
-    Target { name: "settings", endings: &["toml"], share: 1, names_file: false, run: settings },
-    Target { name: "table", endings: &["csv"], share: 1, names_file: false, run: table },
-    Target { name: "row", endings: &["row"], share: 1, names_file: false, run: row },
-    Target { name: "film", endings: &["film"], share: 1, names_file: false, run: film },
-    Target { name: "outline", endings: &["outline"], share: 1, names_file: false, run: outline },
-    Target { name: "part", endings: &["part"], share: 1, names_file: false, run: part },
+pub const TARGETS: [FuzzTarget; 10] = [
+    FuzzTarget { name: "scene", endings: &["glb", "gltf"], share: 10, names_file: true, run: scene },
+    FuzzTarget { name: "stream", endings: &["stream.glb"], share: 2, names_file: true, run: scene },
+    FuzzTarget { name: "texture", endings: &["png", "jpg", "webp", "ktx2"], share: 4, names_file: true, run: texture },
+    FuzzTarget { name: "map", endings: &["hdr", "exr"], share: 2, names_file: true, run: map },
+    FuzzTarget { name: "settings", endings: &["toml"], share: 1, names_file: false, run: settings },
+    FuzzTarget { name: "table", endings: &["csv"], share: 1, names_file: false, run: table },
+    FuzzTarget { name: "row", endings: &["row"], share: 1, names_file: false, run: row },
+    FuzzTarget { name: "film", endings: &["film"], share: 1, names_file: false, run: film },
+    FuzzTarget { name: "outline", endings: &["outline"], share: 1, names_file: false, run: outline },
+    FuzzTarget { name: "part", endings: &["part"], share: 1, names_file: false, run: part },
 ];
 
-/// The target of a file.
-pub fn of(path: &Path) -> Option<usize> {
+/// The target for a file's name.
+pub fn index_of(path: &Path) -> Option<usize> {
     let ending = path.extension()?.to_str()?;
     let name = path.file_name()?.to_str()?;
     let streams = ["draco", "meshopt"].iter().any(|format| name.contains(format));
@@ -113,7 +114,7 @@ fn texture(input: &Input) -> Outcome {
     loaded(&scene, input.choice)
 }
 
-/// A sky, and an image to compare.
+/// Reads the file as a sky, and as an image to compare.
 fn map(input: &Input) -> Outcome {
     if input.path.extension().is_some_and(|ending| ending == "exr") && input.choice & 1 == 0 {
         return picture(input.path);
@@ -121,7 +122,7 @@ fn map(input: &Input) -> Outcome {
     let (panorama, notes) = sky::read(input.path, (input.choice & 2 == 0).then_some(16)).map_err(|e| e.to_string())?;
     let mut scene = Scene::empty("map");
     let shape = format!("{} {}", panorama.width.ilog2(), notes.join("|"));
-    // Making a sky takes long, and seconds of a large map, as it should.
+    // Large maps take seconds, which is no fault.
     if panorama.radiance.len() <= 1 << 12 && input.choice >> 40 & 15 == 0 {
         scene.set_sky_map(panorama, 1.5, 30.0);
         let pose = scene.pose(None, 0.0);
@@ -167,7 +168,7 @@ fn table(input: &Input) -> Outcome {
     markdown::page(text).map(|page| format!("{} lines", page.lines().count()))
 }
 
-/// The whole files of a chart's folder, beside which damaged ones are put.
+/// The valid files of a chart's folder, to which damaged ones are added.
 const ROW: &[u8] = include_bytes!("corpus/kept.row");
 const OUTLINE: &[u8] = include_bytes!("corpus/kept.outline");
 
@@ -181,11 +182,11 @@ fn chart_folder(folder: &Path, outline: &[u8], row: &[u8]) -> Result<(), String>
 }
 
 thread_local! {
-    // Opening a store reads the whole program.
+    // Opening a store reads the whole program file.
     static MERGED: std::cell::RefCell<Option<Store<Row>>> = const { std::cell::RefCell::new(None) };
 }
 
-/// Merges the folder of a chart's part with a whole one, as `twobounce merge` does, and makes the chart's files.
+/// Merges the folder of a chart's part with a valid one, as `twobounce merge` does, and writes the chart's files.
 fn merged(input: &Input, outline: &[u8], row: &[u8]) -> Outcome {
     let folders = ["damaged", "whole"].map(|name| input.folder.join(name));
     chart_folder(&folders[0], outline, row)?;
@@ -216,7 +217,7 @@ fn outline(input: &Input) -> Outcome {
     merged(input, input.bytes, ROW)
 }
 
-/// A row of a chart that an earlier run kept, in the folder that a chart goes on with or in one that is merged. A damaged one is left out.
+/// A stored row of a chart, in the folder that a chart continues or in one that is merged. A damaged row is left out.
 fn row(input: &Input) -> Outcome {
     if input.choice & 1 == 0 {
         return merged(input, OUTLINE, input.bytes);
@@ -237,7 +238,7 @@ fn row(input: &Input) -> Outcome {
     Ok(format!("{lines} lines"))
 }
 
-/// Some of the samples of a reference, alone and with the samples that follow.
+/// Some of the samples of a reference, alone and with the following samples.
 fn part(input: &Input) -> Outcome {
     let damaged = Part::read(input.path).map_err(|e| e.to_string())?;
     let whole = Part::decode(include_bytes!("corpus/second.part")).expect("the corpus holds a whole one");
@@ -257,7 +258,7 @@ fn part(input: &Input) -> Outcome {
     Ok(shape)
 }
 
-/// A film that an earlier run kept, of [`film_of`]. A damaged one is traced again.
+/// A stored film of [`film_of`]. A damaged film is traced again.
 fn film(input: &Input) -> Outcome {
     let (scene, mut options) = film_of();
     if input.choice & 1 == 0 {
@@ -268,7 +269,7 @@ fn film(input: &Input) -> Outcome {
     let folder = input.folder.join("films");
     std::fs::create_dir_all(&folder).map_err(|e| e.to_string())?;
     std::fs::write(folder.join(format!("{}.film", key.to_hex())), input.bytes).map_err(|e| e.to_string())?;
-    // A film with little noise may ask for any number of samples: that it goes on is enough.
+    // A film that states little noise may ask for any number of samples: it is enough that tracing continues.
     let enough = AtomicBool::new(false);
     let progress = |now: Progress| enough.store(now.paths > now.before + 1000, Ordering::Relaxed);
     let film = match Cache::at(&folder).render(Still::new(&scene, &pose, &view), &options, &progress, &enough) {

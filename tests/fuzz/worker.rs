@@ -1,4 +1,4 @@
-//! A process that damages files and looks what becomes of them. It never ends by itself before its time: a fault ends it.
+//! A process that damages files and observes the readers. It ends before its time only by a fault.
 
 use std::collections::{BTreeMap, HashSet};
 use std::fs;
@@ -11,20 +11,20 @@ use crate::random::Random;
 use crate::targets::{self, Input, TARGETS};
 use crate::{bytes, formats};
 
-/// Inputs that are kept for each target because something new happened; then new ones replace old ones.
+/// Inputs that are kept for each target because something new happened; beyond these, new ones replace old ones.
 const MOST_KEPT: usize = 1500;
-/// Characters of a refusal, with the file's name.
+/// Largest number of characters of a refusal, with the file's name.
 const MOST_SENTENCE: usize = 700;
 
 const REPORT_EVERY: Duration = Duration::from_secs(60);
 
 /// Task of a worker.
 pub struct Task {
-    /// For its files; they are there after a fault.
+    /// The folder for its files, which stay after a fault.
     pub folder: PathBuf,
     pub seed: u64,
     pub seconds: u64,
-    /// Names of targets with commas between; all if empty.
+    /// Names of targets, separated by commas; empty for all.
     pub only: String,
 }
 
@@ -37,13 +37,13 @@ struct Tally {
     most: Cost,
 }
 
-/// A file to be damaged.
+/// A valid file to damage.
 struct Seed {
     ending: String,
     bytes: Vec<u8>,
 }
 
-/// Damages files until the time is over, and writes what was done into the folder as `report`.
+/// Damages files until the time is over, and writes the tallies into the folder as `report`.
 pub fn work(task: &Task) {
     guard::start();
     let mut random = Random(task.seed);
@@ -51,7 +51,7 @@ pub fn work(task: &Task) {
     for path in crate::corpus() {
         let ending = path.extension().unwrap_or_default().to_string_lossy().into_owned();
         let bytes = fs::read(&path).expect("the corpus can be read");
-        kept[targets::of(&path).expect("a target reads it")].push(Seed { ending, bytes });
+        kept[targets::index_of(&path).expect("a target reads it")].push(Seed { ending, bytes });
     }
     let given: Vec<usize> = kept.iter().map(Vec::len).collect();
     let chosen = |t: &usize| task.only.is_empty() || task.only.split(',').any(|name| name == TARGETS[*t].name);
@@ -63,7 +63,7 @@ pub fn work(task: &Task) {
     while start.elapsed() < Duration::from_secs(task.seconds) {
         let target = shares[random.below(shares.len())];
         let seeds = &kept[target];
-        // Every other time a file that nothing has changed yet.
+        // Every other input starts from an undamaged file.
         let among = if random.below(2) == 0 { given[target] } else { seeds.len() };
         let [one, other] = [random.below(among), random.below(seeds.len())].map(|at| &seeds[at]);
         let (ending, damaged) =
@@ -78,7 +78,7 @@ pub fn work(task: &Task) {
         tally.most.seconds = tally.most.seconds.max(cost.seconds);
         tally.most.bytes = tally.most.bytes.max(cost.bytes);
         if reported.elapsed() > REPORT_EVERY {
-            // A long run may be ended from outside.
+            // The caller may end a long run.
             write_report(&task.folder, &tallies);
             reported = Instant::now();
         }
@@ -97,7 +97,7 @@ pub fn work(task: &Task) {
 
 /// A line for each target.
 fn write_report(folder: &Path, tallies: &[Tally]) {
-    let line = |(target, tally): (&targets::Target, &Tally)| {
+    let line = |(target, tally): (&targets::FuzzTarget, &Tally)| {
         let (name, Tally { inputs, refused, new, most }) = (target.name, tally);
         let (milliseconds, mib) = (1e3 * most.seconds, most.bytes >> 20);
         format!("{name} {inputs} {refused} {new} {milliseconds:.0} {mib}\n")
@@ -106,20 +106,20 @@ fn write_report(folder: &Path, tallies: &[Tally]) {
     fs::write(folder.join("report"), report).expect("the folder can be written");
 }
 
-/// Runs one file, under its own name's ending.
+/// Runs one file with the ending of its own name.
 pub fn run_file(folder: &Path, path: &Path) {
     guard::start();
-    let target = targets::of(path).unwrap_or_else(|| fault("has an ending that no target reads"));
+    let target = targets::index_of(path).unwrap_or_else(|| fault("has an ending that no target reads"));
     let ending = path.extension().unwrap_or_default().to_string_lossy().into_owned();
     let bytes = fs::read(path).unwrap_or_else(|e| fault(&format!("cannot be read: {e}")));
     let (outcome, Cost { seconds, bytes }) = run(folder, target, &ending, &bytes);
     eprintln!("{}: {outcome} ({seconds:.3} s, {} KiB)", path.display(), bytes >> 10);
 }
 
-/// Begins what [`run`] returns of a refused file.
+/// The start of the result of [`run`] for a refused file.
 const REFUSED: &str = "refused: ";
 
-/// Runs an input; a fault ends the process. Returns what happened in words.
+/// Runs an input; a fault ends the process. Returns the outcome in words.
 fn run(folder: &Path, target: usize, ending: &str, bytes: &[u8]) -> (String, Cost) {
     let (target, path) = (&TARGETS[target], folder.join(format!("input.{ending}")));
     if let Err(e) = fs::write(&path, bytes) {
@@ -134,14 +134,14 @@ fn run(folder: &Path, target: usize, ending: &str, bytes: &[u8]) -> (String, Cos
     {
         fault(&format!("was refused with {wrong}: {sentence:?}"));
     }
-    // A fault leaves its input behind; else the file is removed.
+    // A fault leaves its input behind; otherwise the file is removed.
     let _ = fs::remove_file(&path);
     (outcome.unwrap_or_else(|sentence| format!("{REFUSED}{sentence}")), cost)
 }
 
-/// Fault in the words of a refusal or a note.
+/// A fault in the wording of a refusal or a note.
 pub fn wrong_sentence(sentence: &str, named: Option<&Path>) -> Option<&'static str> {
-    // As Rust prints values for programmers.
+    // The format in which Rust prints values for programmers.
     let debug = ["Some(", "None,", "Ok(", "Err(", "Error {", "kind:", "Custom {", "panicked"];
     let starts = named.is_none_or(|folder| sentence.starts_with(&*folder.to_string_lossy()));
     [
@@ -160,7 +160,7 @@ fn fault(why: &str) -> ! {
     std::process::exit(FAULT)
 }
 
-/// Without its numbers and quoted names, so that the same sentence about another part is nothing new.
+/// The text without its numbers and quoted names, so that an equal sentence about another part is not new.
 fn plain(text: &str) -> String {
     let mut out = String::new();
     let mut quoted = false;
@@ -173,7 +173,7 @@ fn plain(text: &str) -> String {
     out
 }
 
-/// Adds up the reports of workers, a line for each target.
+/// Sums the reports of workers, a line for each target.
 pub fn summary(reports: &[String]) -> String {
     let mut sums: BTreeMap<&str, [u64; 5]> = BTreeMap::new();
     for line in reports.iter().flat_map(|report| report.lines()) {

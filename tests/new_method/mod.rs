@@ -1,6 +1,6 @@
-//! A method to be thrown away: the same light from everywhere. `tests/command/new_method.rs` adds it to a copy of the house.
+//! An example of a method: constant indirect light. `tests/command/new_method.rs` adds it to a copy of the source.
 
-use super::{Gi, Maker, PassUnit, Update, Wants};
+use super::{IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::grid::GridPlace;
@@ -16,7 +16,7 @@ pub struct Lighting {
     radiance: f32,
 }
 
-impl Gi for Lighting {
+impl IndirectMethod for Lighting {
     fn wants(settings: &Settings) -> Wants {
         // Coarser lists of its own, over the same cube.
         let voxel = settings.voxels as f32 / 8.0;

@@ -1,11 +1,12 @@
-//! Results known without any volume: form factors, furnaces.
+//! Results that need no volume: form factors, furnaces.
 
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Share of a Lambertian receiver's hemisphere, cosine-weighted, that a polygon covers: E/(πL) for a polygon of radiance
-/// L. Lambert's formula (Photometria, 1760): 1/(2π) Σ over edges of the angle that the edge subtends, times the cosine
-/// between the normal and the edge's plane. The polygon must lie above the receiver's horizon; its winding is immaterial.
+/// Share of a Lambertian receiver's hemisphere, cosine-weighted, that a polygon covers: E/(πL) for a polygon of
+/// radiance L. Lambert's formula (Photometria, 1760): 1/(2π) Σ over edges of the angle that the edge subtends, times
+/// the cosine between the normal and the edge's plane. The polygon must lie above the receiver's horizon; its winding
+/// is immaterial.
 pub fn form_factor(point: DVec3, normal: DVec3, polygon: &[DVec3]) -> f64 {
     let sum: f64 = (0..polygon.len())
         .map(|i| {

@@ -7,24 +7,24 @@ use super::volume::{ISOTROPIC, Volume};
 use twobounce::gi::cones::choices::{Blend, Form, Weights};
 use twobounce::gi::cones::{Ledger, Settings};
 
-/// Alpha at which a cone ends (D18): what is left cannot change an 8-bit image.
+/// Alpha at which a cone ends (D18): the rest cannot change an 8-bit image.
 pub const OPAQUE: f32 = 0.995;
 /// Largest alpha that has an optical depth: −ln(1 − 0.9999) = 9.2.
 pub const MAX_ALPHA: f32 = 0.9999;
-/// No cone takes more steps (D18).
+/// The largest number of steps of a cone (D18).
 pub const MAX_STEPS: usize = 2048;
 
 /// A cone in volume space.
 #[derive(Clone, Copy, Debug)]
 pub struct Cone {
     pub origin: Vec3,
-    /// Unit.
+    /// Unit direction.
     pub direction: Vec3,
     /// Tangent of the half angle.
     pub aperture: f32,
-    /// Where the first sample lies along the cone.
+    /// Distance of the first sample along the cone.
     pub start: f32,
-    /// Where the cone ends at the latest.
+    /// The largest distance along the cone.
     pub end: f32,
 }
 
@@ -37,8 +37,8 @@ pub struct Traced {
     pub look_ups: Vec<[f32; 2]>,
 }
 
-/// How much each of the three facing volumes counts: d² (sums to 1), |d| over its sum, or |d| (sums to 1…√3).
-/// `extinction` weighs optical depths with |d|.
+/// The weights of the three facing volumes: d² (sums to 1), |d| over its sum, or |d| (sums to 1…√3). `extinction`
+/// weighs optical depths with |d|.
 pub fn direction_weights(direction: Vec3, weights: Weights) -> Vec3 {
     let d = direction.abs();
     match weights {
@@ -74,7 +74,7 @@ pub fn is_inside_cube(position: Vec3) -> bool {
     position.cmpge(Vec3::ZERO).all() && position.cmple(Vec3::ONE).all()
 }
 
-/// How far a cone reaches. D10 printed: √2 at most; right: to the exit from the cube. D11 right: never beyond that exit.
+/// The length of a cone. D10 printed: √2 at most; right: to the exit from the cube. D11 right: never beyond that exit.
 fn reach(cone: &Cone, ledger: &Ledger) -> f32 {
     let diagonal = if ledger.d10 == Form::Printed { std::f32::consts::SQRT_2 } else { f32::INFINITY };
     let both_printed = ledger.d10 == Form::Printed && ledger.d11 == Form::Printed;
@@ -82,7 +82,7 @@ fn reach(cone: &Cone, ledger: &Ledger) -> f32 {
     cone.end.min(diagonal).min(exit)
 }
 
-/// Alpha at which a cone stops looking. D18 printed: 1 and no less; right: [`OPAQUE`].
+/// Alpha at which a cone ends. D18 printed: exactly 1; right: [`OPAQUE`].
 fn stop_alpha(d18: Form) -> f32 {
     if d18 == Form::Printed { 1.0 } else { OPAQUE }
 }
@@ -126,7 +126,7 @@ pub fn trace_cone(volume: &Volume, cone: &Cone, s: &Settings) -> Traced {
     let (mut value, mut look_ups, mut distance) = (Vec4::ZERO, vec![], cone.start);
     while value.w < stop_alpha(s.ledger.d18) && look_ups.len() < MAX_STEPS {
         let diameter = cone_diameter(cone.aperture, distance, edge, s.ledger.d17);
-        // A sum goes on until the last wall, cut by the border, is met whole.
+        // A sum continues until the last wall, cut by the border, has been read whole.
         let margin = if s.blend == Blend::Sum { 0.5 * voxel + (s.exit_margin * diameter).min(0.125) } else { 0.0 };
         if distance >= end + margin {
             break;
@@ -206,8 +206,9 @@ pub struct Gathered {
     pub open: f32,
 }
 
-/// The set of diffuse cones around `normal` in a grid of `edge`³, each with its weight. The offset moves a cone's origin, and
-/// not how wide it is where it starts. D19 printed: it is a share of the cube, the one that its voxels are of 128.
+/// The set of diffuse cones around `normal` in a grid of `edge`³, each with its weight. The offset moves a cone's
+/// origin, but does not change its width at the start. D19 printed: the offset is a share of the cube, namely as many
+/// voxels of 128.
 pub fn diffuse_cones(from: Vec3, normal: Vec3, edge: u32, s: &Settings) -> Vec<(Cone, f32)> {
     let voxel = 1.0 / edge as f32;
     let offset = s.start.diffuse_offset * if s.ledger.d19 == Form::Printed { 1.0 / 128.0 } else { voxel };

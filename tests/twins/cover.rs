@@ -1,13 +1,13 @@
-//! Oracle of the pass cover: which samples of a multisampled raster fall on a triangle, and in which voxels, by edge functions in
-//! f64. Positions are in voxels.
+//! Oracle of the pass cover: which samples of a multisampled raster fall on a triangle, and in which voxels, by edge
+//! functions in f64. Positions are in voxels.
 
 use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 
-/// How near to an edge, in pixels, the rasteriser may decide either way: it snaps corners to 1/256.
+/// The distance to an edge, in pixels, within which the rasteriser may decide either way: it snaps corners to 1/256.
 const SNAP: f64 = 1.0 / 128.0;
-/// How near to the next voxel f32 may put a sample in either.
+/// The distance to the next voxel within which f32 may put a sample in either.
 const ROUNDING: f64 = 1e-3;
 
 /// Vulkan's standard sample locations, in sixteenths of a pixel ("Standard sample locations" of its specification).
@@ -21,7 +21,7 @@ pub fn places(samples: u32) -> Vec<DVec2> {
     sixteenths.iter().map(|p| DVec2::new(f64::from(p[0]), f64::from(p[1])) / 16.0).collect()
 }
 
-/// The axis that a triangle faces most.
+/// The axis along which a triangle has its largest projection.
 pub fn dominant_axis(normal: DVec3) -> usize {
     let n = normal.abs();
     if n.x >= n.y && n.x >= n.z {
@@ -33,7 +33,7 @@ pub fn dominant_axis(normal: DVec3) -> usize {
     }
 }
 
-/// For every voxel the least and the largest count of samples that are in it.
+/// For every voxel the least and the largest number of its samples.
 pub fn counts(corners: [DVec3; 3], samples: u32, edge: u32) -> BTreeMap<u32, [u32; 2]> {
     let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     let axis = dominant_axis(normal);
@@ -49,7 +49,7 @@ pub fn counts(corners: [DVec3; 3], samples: u32, edge: u32) -> BTreeMap<u32, [u3
     for (x, y) in pixels(low.y, high.y).flat_map(|y| pixels(low.x, high.x).map(move |x| (x, y))) {
         for place in places(samples) {
             let p = DVec2::new(f64::from(x), f64::from(y)) + place;
-            // Distance to the nearest edge, inside above 0.
+            // Distance to the nearest edge, positive inside.
             let inside = (0..3)
                 .map(|i| {
                     let (a, b) = (flat[i], flat[(i + 1) % 3]);

@@ -1,15 +1,16 @@
-//! Twin of `glsl/ground/voxelise.geom`: what it hands to the rasteriser. Positions in voxels.
+//! Twin of `glsl/ground/voxelise.geom`: its output for the rasteriser. Positions are in voxels.
 
 use glam::{DVec2, DVec3};
 
 /// A triangle seen along its dominant axis and dilated.
-pub struct Outline {
+pub struct DilatedTriangle {
     pub axis: usize,
     pub triangles: Vec<[DVec2; 3]>,
 }
 
-/// `dilation`: half the width of the square about every point, in pixels. `one`: a box is one triangle that encloses it.
-pub fn outline(triangle: &[DVec3; 3], dilation: f64, one: bool) -> Outline {
+/// `dilation`: half the width of the square about every point, in pixels. `one`: a bounding box is drawn as one
+/// triangle that encloses it.
+pub fn outline(triangle: &[DVec3; 3], dilation: f64, one: bool) -> DilatedTriangle {
     let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
     let size = normal.abs();
     let axis = if size.x >= size.y && size.x >= size.z { 0 } else { 1 + usize::from(size.y < size.z) };
@@ -46,5 +47,5 @@ pub fn outline(triangle: &[DVec3; 3], dilation: f64, one: bool) -> Outline {
     } else {
         vec![[at(a0, c0), at(a1, c0), at(a0, c1)], [at(a0, c1), at(a1, c0), at(a1, c1)]]
     };
-    Outline { axis, triangles }
+    DilatedTriangle { axis, triangles }
 }

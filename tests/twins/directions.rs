@@ -1,4 +1,4 @@
-//! Twins of the GLSL functions that choose where cones go and how wide they are.
+//! Twins of the GLSL functions that choose the directions and widths of cones.
 
 use glam::{Mat3, Vec2, Vec3};
 use std::f32::consts::{FRAC_1_SQRT_2, PI};
@@ -8,18 +8,18 @@ use twobounce::gi::cones::choices::{ConeSet, Form, RoughnessFit};
 /// One cone of a diffuse set, in the frame whose z is the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetCone {
-    /// Unit.
+    /// Unit direction.
     pub direction: Vec3,
     /// Tangent of the half angle.
     pub aperture: f32,
-    /// A set's weights sum to 1, so that the gather is E/π.
+    /// Weights of a set sum to 1, so that the gather is E/π.
     pub weight: f32,
 }
 
 /// The talk's sets of diffuse cones ("More different possible diffuse cone configurations").
 ///
-/// D6 printed: set 6a's side cones are written about y instead of z. D26 printed: set 16 has equal weights; right: weights
-/// ∝ the cosine with the normal, normalised.
+/// D6 printed: set 6a's side cones are written about y instead of z. D26 printed: set 16 has equal weights; right:
+/// weights ∝ the cosine with the normal, normalised.
 pub fn cone_set(set: ConeSet, d6: Form, d26: Form) -> Vec<SetCone> {
     const H: f32 = FRAC_1_SQRT_2;
     let axis = |aperture, weight| (Vec3::Z, aperture, weight);
@@ -64,8 +64,8 @@ fn sunflower(count: u32) -> Vec<(Vec3, f32, f32)> {
     (0..count).map(cone).collect()
 }
 
-/// Where, within its share of a cosine-distributed set, each of `side`² neighbours looks: Hammersley's points, by their
-/// first coordinate. The first moves a direction off the axis, the second turns it (in turns).
+/// The position of each of `side`² neighbours within its share of a cosine-distributed set: Hammersley's points, by
+/// their first coordinate. The first component moves a direction off the axis, the second turns it (in turns).
 pub fn interleaved_shifts(side: u32) -> Vec<Vec2> {
     let count = side * side;
     let point =
@@ -100,11 +100,11 @@ fn sixteen() -> [Vec3; 16] {
     .map(Vec3::from_array)
 }
 
-/// Columns tangent, bitangent, normal; right-handed.
+/// The matrix with the columns tangent, bitangent, normal; right-handed.
 ///
 /// D22 printed: crosses the normal with y or z, whichever gives the longer vector, so the frame jumps by a quarter turn
-/// along |n.y| = |n.z|. Right: the shortest rotation that takes z to the normal (Frisvad 2012, doi:10.1080/2165347X.2012.689606,
-/// eq. 6), smooth but for its one singular direction, −z.
+/// along |n.y| = |n.z|. Right: the shortest rotation that takes z to the normal (Frisvad 2012,
+/// doi:10.1080/2165347X.2012.689606, eq. 6), smooth but for its one singular direction, −z.
 pub fn tangent_frame(normal: Vec3, d22: Form) -> Mat3 {
     let n = normal;
     if d22 == Form::Printed {
@@ -130,20 +130,21 @@ pub fn rotation(axis: Vec3, angle: f32, d7: Form) -> Mat3 {
     if d7 == Form::Printed { right.transpose() } else { right }
 }
 
-/// How far the cone set turns about the normal, radians, for a random number in `[0, 1)`.
-/// D8 printed: the number itself, one radian at most; right: a full turn.
+/// The rotation of the cone set about the normal, in radians, for a random number in `[0, 1)`. D8 printed: the number
+/// itself, one radian at most; right: a full turn.
 pub fn jitter_angle(random: f32, d8: Form) -> f32 {
     if d8 == Form::Printed { random } else { 2.0 * PI * random }
 }
 
-/// The talk's three maps from a material's roughness to a specular cone's aperture, the tangent of its half angle (D25), and
-/// `ggx`: the cone that spreads light as widely as GGX's lobe.
+/// The talk's three maps from a material's roughness to a specular cone's aperture, the tangent of its half angle
+/// (D25), and `ggx`: the cone that spreads light as widely as GGX's lobe.
 ///
-/// The lobe: seen along the normal, visible normals have tan²θ = α²ξ/(1 − ξ) for even ξ; light comes from 2θ, weighed by
-/// Smith's G1. The cone: what it reads at distance s through its diameter D = 2as is a box of side D (the mip's mean) under
-/// a tent of twice that width (the filter), with a variance of D²/12 + D²/6 = D²/4 along each axis: taken for a Gaussian,
-/// half of it lies within √(2 ln 2)·D/2 = 1.177·as. Setting this equal to the angle that holds half of the lobe gives the
-/// aperture a, to which 1.70α/(1 + 0.76α²) is fitted: within 2.2 % for all α (a test integrates the lobe).
+/// The lobe: seen along the normal, visible normals have tan²θ = α²ξ/(1 − ξ) for even ξ; light comes from 2θ, weighed
+/// by Smith's G1. The cone: what it reads at distance s through its diameter D = 2as is a box of side D (the mip's
+/// mean) under a tent of twice that width (the filter), with a variance of D²/12 + D²/6 = D²/4 along each axis: taken
+/// for a Gaussian, half of it lies within √(2 ln 2)·D/2 = 1.177·as. Setting this equal to the angle that holds half of
+/// the lobe gives the aperture a, to which 1.70α/(1 + 0.76α²) is fitted: within 2.2 % for all α (a test integrates the
+/// lobe).
 pub fn roughness_to_aperture(roughness: f32, fit: RoughnessFit) -> f32 {
     let r = roughness.clamp(0.0, 1.0);
     match fit {
@@ -157,8 +158,8 @@ pub fn roughness_to_aperture(roughness: f32, fit: RoughnessFit) -> f32 {
     }
 }
 
-/// A normal among those of GGX's that unit `v` sees, in the frame whose z is the surface's normal, for even `u` (Dupuy and
-/// Benyoub 2023).
+/// A normal of GGX's visible normals for unit `v`, in the frame whose z is the surface's normal, for uniform `u` (Dupuy
+/// and Benyoub 2023).
 pub fn visible_normal(alpha: f32, v: Vec3, u: Vec2) -> Vec3 {
     let stretched = Vec3::new(alpha * v.x, alpha * v.y, v.z).normalize();
     let (sin, cos) = (2.0 * PI * u.x).sin_cos();
@@ -168,7 +169,8 @@ pub fn visible_normal(alpha: f32, v: Vec3, u: Vec2) -> Vec3 {
     Vec3::new(alpha * h.x, alpha * h.y, h.z.max(1e-6)).normalize()
 }
 
-/// A unit direction bent at a surface, `incident` and `normal` unit, `ior` of the side that the normal points away from.
+/// A unit direction refracted at a surface; `incident` and `normal` are unit, `ior` is of the side that the normal
+/// points away from.
 ///
 /// D24 printed: refract with 1/ior whatever the side, normalised even where nothing is refracted: NaN. Right: the ratio
 /// flips by side, and total reflection reflects.
@@ -184,15 +186,15 @@ pub fn refraction_direction(incident: Vec3, normal: Vec3, ior: f32, d24: Form) -
     }
 }
 
-/// GLSL's `refract`: zero where the angle is too flat.
+/// GLSL's `refract`: zero at total reflection.
 fn refract(incident: Vec3, normal: Vec3, eta: f32) -> Vec3 {
     let cosine = normal.dot(incident);
     let k = 1.0 - eta * eta * (1.0 - cosine * cosine);
     if k < 0.0 { Vec3::ZERO } else { eta * incident - (eta * cosine + k.sqrt()) * normal }
 }
 
-/// Where a refraction cone starts, `voxels` of 1/`edge` off the surface.
-/// D23 printed: along the normal, on the side it comes from; right: on the side that `direction` leads to.
+/// The start of a refraction cone, `voxels` of 1/`edge` off the surface. D23 printed: along the normal, on the side of
+/// arrival; right: on the side that `direction` leads to.
 pub fn refraction_origin(from: Vec3, normal: Vec3, direction: Vec3, voxels: f32, edge: u32, d23: Form) -> Vec3 {
     let side = if d23 == Form::Right && direction.dot(normal) < 0.0 { -1.0 } else { 1.0 };
     from + normal * (side * voxels / edge as f32)

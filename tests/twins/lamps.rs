@@ -1,14 +1,14 @@
-//! Oracle of `glsl/ground/lamps.glsl`: what a triangle lights, point by point.
+//! Oracle of `glsl/ground/lamps.glsl`: the irradiance of a triangle, point by point.
 
 use glam::DVec3;
 
-/// Least angle, as a share of the distance, below which a part of a triangle is taken for a point.
+/// Least size, as a share of the distance, below which a part of a triangle is treated as a point.
 const FINE: f64 = 0.02;
 
-/// Irradiance over radiance at the origin, on a surface with unit `normal`, from a triangle that shines everywhere the
-/// same: ∫ cos θ cos θ′ / d² over what lies above the horizon. Positive where its front is seen, else negative.
+/// Irradiance over radiance at the origin, on a surface with unit `normal`, from a triangle of uniform radiance: ∫ cos
+/// θ cos θ′ / d² over its part above the horizon. Positive where its front is visible, else negative.
 ///
-/// By subdivision, until each part is small beside its distance; the horizon is as jagged as those.
+/// By subdivision, until each part is small beside its distance; the horizon is as jagged as these parts.
 pub fn triangle_irradiance(&[a, b, c]: &[DVec3; 3], normal: DVec3) -> f64 {
     let middle = (a + b + c) / 3.0;
     let size = [a, b, c].iter().map(|p| p.distance(middle)).fold(0.0, f64::max);

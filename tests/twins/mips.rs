@@ -66,7 +66,7 @@ pub fn mip_level(fine: &Level, d1: Form, d2: Form) -> Level {
     })
 }
 
-/// The whole chain from level 0.
+/// The whole mip chain of level 0.
 pub fn mip_chain(level0: Level, d1: Form, d2: Form) -> Volume {
     let mut levels = vec![level0];
     while levels[levels.len() - 1][0].len() > 1 {

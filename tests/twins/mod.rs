@@ -8,13 +8,13 @@
 #![allow(dead_code)]
 #![allow(clippy::too_many_arguments, reason = "a twin takes what its shader function takes")]
 
-pub mod alike;
 pub mod cells;
 pub mod closed_forms;
 pub mod cone;
 pub mod cover;
 pub mod dilate;
 pub mod directions;
+pub mod item_groups;
 pub mod lamps;
 pub mod mips;
 pub mod octahedron;

@@ -28,7 +28,8 @@ pub fn texel(texel: usize, n: DVec3) -> (f64, f64) {
         } else {
             DVec3::new(at.x, at.y, z)
         };
-        // Of a face's area element dA at p the sphere gets dA · cos / |p|²; cos = 1/(√3 |p|), and dA = √3 times the map's.
+        // Of a face's area element dA at p the sphere gets dA · cos / |p|²; cos = 1/(√3 |p|), and dA = √3 times the
+        // map's.
         let angle = p.length().powi(-3) * (0.5 / FINE as f64).powi(2);
         cosines += angle * p.normalize().dot(n).max(0.0);
         total += angle;

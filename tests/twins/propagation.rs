@@ -1,4 +1,5 @@
-//! Light that travels from cell to cell (`glsl/gi/lpv/propagate.comp`), face by face as the source's listing has it, in f64.
+//! Propagation of light from cell to cell (`glsl/gi/lpv/propagate.comp`), face by face as in the source's listing, in
+//! f64.
 
 use std::f64::consts::PI;
 
@@ -14,13 +15,13 @@ pub struct Cell {
     pub moment: DVec3,
 }
 
-/// How light travels.
+/// The model of travelling light.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Rules {
-    /// In lobes of 1 + 2 cos θ, cut off where they are negative. `own`: a step starts from the cell's own light. `integral`: of the
-    /// lobe that a face sends on for the intensity that meets it, times Ω/4π.
+    /// In lobes of 1 + 2 cos θ, clamped where they are negative. `own`: a step starts from the cell's own light.
+    /// `integral`: that of the lobe that a face emits for the intensity that meets it, times Ω/4π.
     Lobes { own: bool, integral: f64 },
-    /// In beams with the moment as flux × mean direction, whose mean cosine is this at most (`glsl/gi/lpv/beams.glsl`).
+    /// In beams with the moment as flux × mean direction, whose mean cosine is at most this (`glsl/gi/lpv/beams.glsl`).
     Beams(f64),
 }
 
@@ -29,7 +30,7 @@ pub enum Rules {
 pub struct Cells {
     pub edge: i32,
     pub cells: Vec<Cell>,
-    /// Per cell the share that passes into it, by [`WAYS`].
+    /// The share that passes into each cell, by [`WAYS`].
     pub passages: Vec<[f64; 6]>,
 }
 
@@ -108,7 +109,7 @@ impl Cell {
     }
 }
 
-/// Of a beam's light what goes onto a face: Henyey and Greenstein's distribution at thirty directions, which are all there is.
+/// The share of a beam's light that meets a face: Henyey and Greenstein's distribution at all of the thirty directions.
 fn share(g: DVec3, way: IVec3, face: IVec3) -> f64 {
     part(g, way, face) / whole(g)
 }
@@ -122,13 +123,13 @@ fn whole(g: DVec3) -> f64 {
     WAYS.into_iter().flat_map(faces).sum()
 }
 
-/// Mean direction of a beam, and the whole that its shares are divided by.
+/// Mean direction of a beam, and the total by which its shares are divided.
 pub fn aim(cell: Cell, sharpness: f64) -> (DVec3, f64) {
     let g = cell.mean_direction(sharpness);
     (g, whole(g))
 }
 
-/// Per way the share that goes to the neighbour there, and share × direction.
+/// For each direction the share that goes to that neighbour, and share × direction.
 pub fn shares(cell: Cell, sharpness: f64) -> [(f64, DVec3); 6] {
     let g = cell.mean_direction(sharpness);
     WAYS.map(|way| {
@@ -141,7 +142,8 @@ pub fn shares(cell: Cell, sharpness: f64) -> [(f64, DVec3); 6] {
 /// Four coefficients of two bands, in the listing's order: constant, −y, z, −x.
 pub type Coefficients = [f64; 4];
 
-/// The clamped cosine about a unit direction, with the integral π: what the source's author published per face.
+/// The clamped cosine about a unit direction, with the integral π: the coefficients that the source's author published
+/// per face.
 pub const PUBLISHED: [f64; 2] = [0.886_226_952_1, 1.023_326_754_6];
 
 /// A lobe with these coefficients of the two bands.
@@ -165,8 +167,8 @@ impl Texture {
         ((cell.z * self.edge + cell.y) * self.edge + cell.x) as usize
     }
 
-    /// A step of listing 7.3, line by line, without occlusion: `face` are the coefficients along each face's direction, and the
-    /// sums start from the cell's own light.
+    /// A step of listing 7.3, line by line, without occlusion: `face` are the coefficients along each face's direction,
+    /// and the sums start from the cell's own light.
     pub fn step(&self, face: [f64; 2]) -> Self {
         let basis = [0.5 / PI.sqrt(), (0.75 / PI).sqrt()];
         let mut sums = self.clone();
@@ -194,8 +196,8 @@ impl Texture {
         sums
     }
 
-    /// Irradiance at a place, in cells, of a surface with that normal: the light of the eight cells around it, which goes
-    /// towards the surface, against the clamped cosine.
+    /// Irradiance at a place, in cells, of a surface with that normal: the light of the eight cells around it that
+    /// travels towards the surface, against the clamped cosine.
     pub fn irradiance(&self, at: DVec3, normal: DVec3) -> f64 {
         let corner = (at - 0.5).floor();
         let part = at - 0.5 - corner;

@@ -8,11 +8,11 @@ use twobounce::scene::{Pose, Scene};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recorded {
     pub positions: [DVec3; 3],
-    /// Into [`Scene::materials`].
+    /// Index into [`Scene::materials`].
     pub material: usize,
 }
 
-/// All triangles of `scene` at `pose`. A mirrored instance (negative determinant) has its winding turned, so that fronts
+/// All triangles of `scene` at `pose`. A mirrored instance (negative determinant) gets reversed winding, so that fronts
 /// stay fronts.
 pub fn record(scene: &Scene, pose: &Pose) -> Vec<Recorded> {
     let mut triangles = Vec::new();
@@ -31,7 +31,8 @@ pub fn record(scene: &Scene, pose: &Pose) -> Vec<Recorded> {
     triangles
 }
 
-/// Positions in voxels of `voxel_m` metres, from the volume's least corner (metres), rounded to f32 as they are recorded.
+/// Positions in voxels of `voxel_m` metres from the volume's least corner (metres), rounded to f32 as in the record
+/// pass.
 pub fn in_voxels(triangles: &[Recorded], corner: DVec3, voxel_m: f64) -> Vec<[DVec3; 3]> {
     triangles.iter().map(|t| t.positions.map(|p| ((p - corner) / voxel_m).as_vec3().as_dvec3())).collect()
 }

@@ -1,4 +1,4 @@
-//! Twin of the fills: what a voxel's listed triangles leave in its seven level-0 targets.
+//! Twin of the fills: the seven level-0 targets of a voxel from its listed triangles.
 
 use glam::{Vec3, Vec4};
 
@@ -8,15 +8,15 @@ use twobounce::gi::cones::choices::Fill;
 /// One listed triangle, already shaded.
 #[derive(Clone, Copy, Debug)]
 pub struct Shaded {
-    /// Unit; the front side is the one that it points out of.
+    /// Unit normal; it points out of the front side.
     pub normal: Vec3,
     /// Radiance that the front side sends.
     pub front: Vec3,
     /// Radiance that the back side sends; `None` for single-sided triangles, whose back sends nothing and still blocks.
     pub back: Option<Vec3>,
-    /// 1 is opaque.
+    /// Opacity; 1 is opaque.
     pub opacity: f32,
-    /// The part of the triangle inside the voxel, in voxel faces.
+    /// The area of the triangle's part inside the voxel, in voxel faces.
     pub area: f32,
 }
 
@@ -44,8 +44,8 @@ pub fn fill(triangles: &[Shaded], how: Fill) -> [Vec4; TARGETS] {
     std::array::from_fn(|k| target(TRAVEL.get(k).copied()))
 }
 
-/// The mean over the triangles of what their fronts send, whatever their area: those that a traveller along `e` meets from the
-/// front, weighted by the cosine; every one whole for `None`.
+/// The mean of the triangles' front radiance, whatever their area: of those whose front a traveller along `e` meets,
+/// weighted by the cosine; of all with equal weights for `None`.
 fn mean_of_fronts(triangles: &[Shaded], e: Option<Vec3>) -> Vec4 {
     let weight = |t: &Shaded| t.opacity * e.map_or(1.0, |e| f32::max(0.0, -t.normal.dot(e)));
     let sum: Vec4 = triangles.iter().map(|t| (weight(t) * t.front).extend(weight(t))).sum();
@@ -60,10 +60,10 @@ fn weighted(t: &Shaded, travel: Option<Vec3>, weight: f32) -> (f32, Vec3) {
     }
 }
 
-/// A back that sends no more than this share of the front's light counts as dark.
+/// A back whose light is at most this share of the front's counts as dark.
 const DARK_BACK: f32 = 1e-3;
 
-/// As coverage, but a back that sends next to nothing does not block either.
+/// As coverage, but a back with next to no light does not block either.
 fn sided(t: &Shaded, travel: Option<Vec3>) -> (f32, Vec3) {
     let (weight, radiance) = weighted(t, travel, t.opacity * t.area);
     let back = travel.is_some_and(|e| t.normal.dot(e) >= 0.0);

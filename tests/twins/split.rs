@@ -1,18 +1,19 @@
-//! Twin of what splits a list item: other surfaces that cut its part of its triangle (`glsl/ground/split.comp`).
+//! Twin of the splitting of list items by other surfaces that cut their part of the triangle
+//! (`glsl/ground/split.comp`).
 
 use glam::DVec3;
 
 use super::cover::dominant_axis;
 use super::voxelise::Polygon;
 
-/// Voxels along the normal from a surface to the points that look along it: `RAY_START`.
+/// Distance in voxels along the normal from a surface to its test points: `RAY_START`.
 const ABOVE: f64 = 1e-3;
-/// Points tried in a row.
+/// Test points in a row.
 const ROW: u32 = 4;
-/// How far towards the part's corners, from its middle, others are tried.
+/// Distance of the other test points from the part's middle, as a share of the distance to its corners.
 const TO_CORNER: f64 = 0.98;
 
-/// Whether the segment from `from` to `to` meets a triangle (a hair of tolerance at its edges, as the shader has).
+/// Whether the segment from `from` to `to` meets a triangle (with a small tolerance at its edges, as in the shader).
 pub fn meets(from: DVec3, to: DVec3, &[a, b, c]: &[DVec3; 3]) -> bool {
     let (d, e1, e2) = (to - from, b - a, c - a);
     let p = d.cross(e2);
@@ -26,21 +27,21 @@ pub fn meets(from: DVec3, to: DVec3, &[a, b, c]: &[DVec3; 3]) -> bool {
     u >= -1e-5 && v >= -1e-5 && u + v <= 1.00001 && t > 0.0 && t < 1.0
 }
 
-/// A triangle's part in the voxel about `center`, and what else is listed there.
-pub struct Part<'a> {
+/// A triangle's part in the voxel about `center`, and the other listed triangles there.
+pub struct TrianglePart<'a> {
     pub corners: [DVec3; 3],
     pub center: DVec3,
     pub two_sided: bool,
     pub others: &'a [[DVec3; 3]],
 }
 
-impl Part<'_> {
+impl TrianglePart<'_> {
     fn normal(&self) -> DVec3 {
         let [a, b, c] = self.corners;
         (b - a).cross(c - a).normalize()
     }
 
-    /// The point of the plane that is `at` from the voxel's middle along the two axes after the dominant one.
+    /// The point of the plane with the offset `at` from the voxel's middle along the two axes after the dominant one.
     pub fn on_plane(&self, at: [f64; 2]) -> DVec3 {
         let n = self.normal();
         let axis = dominant_axis(n);
@@ -51,7 +52,7 @@ impl Part<'_> {
         p
     }
 
-    /// Whether nothing stands between two points of the part, on a lit side.
+    /// Whether no surface lies between two points of the part, on a lit side.
     pub fn sees(&self, p: DVec3, q: DVec3) -> bool {
         let sides: &[f64] = if self.two_sided { &[1.0, -1.0] } else { &[1.0] };
         sides
@@ -60,7 +61,7 @@ impl Part<'_> {
             .all(|above| !self.others.iter().any(|other| meets(p + above, q + above, other)))
     }
 
-    /// Whether some of the points tried cannot be seen from the part's middle.
+    /// Whether some test points are not visible from the part's middle.
     pub fn is_cut(&self) -> bool {
         let [a, b, c] = self.corners;
         let part = Polygon::clipped(&self.corners, self.center - 0.5, self.center + 0.5);

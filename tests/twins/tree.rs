@@ -1,5 +1,4 @@
-//! Checks of the tree that the pass `tree` leaves: boxes that hold what lies below them, and ways through them that
-//! leave nothing out.
+//! Checks of the output of the pass `tree`: boxes contain all that lies below them, and traversals leave nothing out.
 
 use std::sync::Arc;
 
@@ -8,7 +7,7 @@ use twobounce::ground::tree::links::{NEXT, WORDS, left_child, primitives};
 use twobounce::renderer::Renderer;
 use twobounce::vk::{Context, download};
 
-/// The tree of a frame as the device holds it.
+/// The tree of a frame on the device.
 pub struct Tree {
     /// Nodes, and behind them sources.
     words: Vec<u32>,
@@ -19,7 +18,7 @@ pub struct Tree {
 }
 
 impl Tree {
-    pub fn of(context: &Arc<Context>, renderer: &Renderer) -> Self {
+    pub fn of_renderer(context: &Arc<Context>, renderer: &Renderer) -> Self {
         let ground = renderer.ground();
         Self {
             words: download(context, &ground.tree.links).expect("links"),
@@ -34,10 +33,10 @@ impl Tree {
         self.words[WORDS * node..][..WORDS].try_into().expect("nine words")
     }
 
-    /// Holds every box against what is below it, and every way. Returns how many recorded triangles the tree holds.
+    /// Checks every box against its content, and every traversal. Returns the number of recorded triangles in the tree.
     ///
     /// # Panics
-    /// Where something is missing, twice there, or outside of its box.
+    /// If one is missing, listed twice, or outside of its box.
     pub fn check(&self) -> usize {
         let mut seen = vec![0_u32; self.triangles.len()];
         for octant in 0..8 {
@@ -53,7 +52,8 @@ impl Tree {
         seen.iter().filter(|&&times| times > 0).count()
     }
 
-    /// All leaves, in the order of a way that meets every box that holds something. Inner boxes on it are their children's.
+    /// All leaves, in the order of a traversal that meets every non-empty box. The inner boxes on it come with their
+    /// children.
     fn leaves(&self, octant: usize) -> Vec<usize> {
         let (mut node, mut leaves, mut steps) = (1, Vec::new(), 0);
         while node != 0 {

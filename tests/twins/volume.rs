@@ -5,7 +5,7 @@ use half::f16;
 
 use twobounce::vk::SamplerAddressMode;
 
-/// Targets of a volume: what a cone travelling along +x +y +z −x −y −z sees, and the isotropic one.
+/// Targets of a volume: radiance and opacity for a cone that travels along +x +y +z −x −y −z, and the isotropic one.
 pub const TARGETS: usize = 7;
 /// The isotropic target.
 pub const ISOTROPIC: usize = 6;
@@ -22,7 +22,7 @@ pub struct Volume {
     levels: Vec<Level>,
 }
 
-/// The texel that RGBA16F keeps of `v`: each channel rounded to the nearest half.
+/// The texel `v` in RGBA16F: each channel rounded to the nearest half.
 pub fn round_to_half(v: Vec4) -> Vec4 {
     Vec4::from_array(v.to_array().map(|x| f16::from_f32(x).to_f32()))
 }
@@ -46,12 +46,12 @@ impl Volume {
         self.edge
     }
 
-    /// Level 0 first.
+    /// The levels, level 0 first.
     pub fn levels(&self) -> &[Level] {
         &self.levels
     }
 
-    /// One texel; beyond the grid what `border` says: nothing, the nearest edge texel, or the grid again (D11).
+    /// One texel; beyond the grid `border` decides: nothing, the nearest edge texel, or the grid repeated (D11).
     pub fn fetch(&self, level: usize, target: usize, texel: IVec3, border: SamplerAddressMode) -> Vec4 {
         let edge = (self.edge >> level) as i32;
         let inside = match border {
@@ -64,8 +64,8 @@ impl Volume {
         self.levels[level][target][texel_index(inside.as_uvec3(), edge as u32)]
     }
 
-    /// Linear in space and in level, as `textureLod` with a linear sampler. `position` in `[0, 1]³`, `level` is clamped to
-    /// the chain.
+    /// Linear interpolation in space and in level, as `textureLod` with a linear sampler. `position` in `[0, 1]³`;
+    /// `level` is clamped to the chain.
     pub fn sample(&self, target: usize, position: Vec3, level: f32, border: SamplerAddressMode) -> Vec4 {
         let level = level.clamp(0.0, (self.levels.len() - 1) as f32);
         let (lower, fraction) = (level.floor(), level.fract());
@@ -89,7 +89,7 @@ impl Volume {
     }
 }
 
-/// Where texel (x, y, z) lies in a grid of `edge`³.
+/// The index of texel (x, y, z) in a grid of `edge`³.
 pub fn texel_index(texel: UVec3, edge: u32) -> usize {
     ((texel.z * edge + texel.y) * edge + texel.x) as usize
 }

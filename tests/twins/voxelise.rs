@@ -1,7 +1,8 @@
 //! Oracle of the voxelise pass: the exact set of (voxel, triangle) pairs, by clipping polygons in f64.
 //!
-//! The pass tests separating axes; this clips the triangle against the voxel's six planes (Sutherland and Hodgman 1974) and
-//! asks whether anything is left. Triangles and boxes are closed: touching counts. Positions are in voxels.
+//! The pass tests separating axes; this oracle clips the triangle against the voxel's six planes (Sutherland and
+//! Hodgman 1974) and checks whether anything is left. Triangles and boxes are closed: touching counts. Positions are in
+//! voxels.
 
 use glam::{DVec2, DVec3, IVec3, UVec3};
 use rayon::prelude::*;
@@ -9,7 +10,7 @@ use rayon::prelude::*;
 /// A voxel (its [`texel index`](super::volume::texel_index)) and a triangle (its place in the list).
 pub type Pair = (u32, u32);
 
-/// How near to touching a pair may be for f32 to decide it either way, in voxels: 64 · 2⁻²³ is 8·10⁻⁶ for one rounded
+/// The distance from touching, in voxels, within which f32 may decide either way: 64 · 2⁻²³ is 8·10⁻⁶ for one rounded
 /// coordinate, and the separating-axis tests add several of them up.
 pub const TOUCHING_VOXELS: f64 = 1e-4;
 
@@ -22,9 +23,9 @@ pub struct VoxelPairs {
     pub touching: Vec<Pair>,
 }
 
-/// How a set of pairs compares with the exact one. Pairs near touching count neither way.
+/// The comparison of a set of pairs with the exact one. Pairs near touching count neither way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Comparison {
+pub struct PairComparison {
     /// Share of the certain pairs that were found.
     pub recall: f64,
     /// Share of the found pairs that are certain.
@@ -54,13 +55,13 @@ impl Polygon {
         Self { corners: polygon }
     }
 
-    /// Its area along each axis: half the sum of the corners' cross products; the length is the area.
+    /// The area vector of the polygon: half the sum of the corners' cross products; its length is the area.
     pub fn area_vector(&self) -> DVec3 {
         let Some((&first, rest)) = self.corners.split_first() else { return DVec3::ZERO };
         rest.windows(2).map(|w| (w[0] - first).cross(w[1] - first)).sum::<DVec3>() * 0.5
     }
 
-    /// The middle of its area; the mean of its corners where it has none.
+    /// The centroid of the area; the mean of the corners where the area is 0.
     pub fn centroid(&self) -> DVec3 {
         let Some((&first, rest)) = self.corners.split_first() else { return DVec3::ZERO };
         let direction = self.area_vector().normalize_or_zero();
@@ -118,7 +119,7 @@ pub fn voxelise(triangles: &[[DVec3; 3]], edge: u32) -> VoxelPairs {
     all
 }
 
-/// Halves the cells [min, max) along their longest side while the triangle meets them.
+/// Halves the range of cells [min, max) along its longest side while the triangle meets it.
 fn descend(triangle: &[DVec3; 3], index: u32, [min, max]: [IVec3; 2], edge: u32, pairs: &mut VoxelPairs) {
     let meets = |by: f64| !Polygon::clipped(triangle, min.as_dvec3() - by, max.as_dvec3() + by).corners.is_empty();
     let size = max - min;
@@ -143,11 +144,11 @@ fn descend(triangle: &[DVec3; 3], index: u32, [min, max]: [IVec3; 2], edge: u32,
     descend(triangle, index, [high_min, max], edge, pairs);
 }
 
-/// How far a triangle is dilated, in voxels: half a pixel, and a hundredth for the rasteriser's snapping.
+/// Dilation of a triangle in voxels: half a pixel, and a hundredth for the rasteriser's snapping.
 pub const DILATION: f64 = 0.51;
 
-/// The triangle, seen along its dominant axis, with each edge moved outwards by `by` times the pixel's width across it; its
-/// corners stay in its plane.
+/// The triangle, seen along its dominant axis, with each edge moved outwards by `by` times the pixel's width across it;
+/// its corners stay in its plane.
 fn dilated(triangle: &[DVec3; 3], axis: usize, by: f64) -> [DVec3; 3] {
     let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
     let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
@@ -166,8 +167,9 @@ fn dilated(triangle: &[DVec3; 3], axis: usize, by: f64) -> [DVec3; 3] {
     })
 }
 
-/// Every voxel that a dilated triangle meets and whose column's middle it covers: what a pixel shader finds that is called
-/// for those columns and tests the dilated triangle. For triangles without sharp angles, which the pass boxes instead.
+/// Every voxel that a dilated triangle meets and whose column's middle it covers: the pairs that a pixel shader finds
+/// that runs for these columns and tests the dilated triangle. For triangles without sharp angles, because the pass
+/// uses the bounding box of the others.
 pub fn voxelise_dilated(triangles: &[[DVec3; 3]], edge: u32) -> VoxelPairs {
     let mut pairs = VoxelPairs::default();
     for (index, triangle) in triangles.iter().enumerate() {
@@ -201,7 +203,7 @@ pub fn voxelise_dilated(triangles: &[[DVec3; 3]], edge: u32) -> VoxelPairs {
 }
 
 /// Compares found pairs (any order, no duplicates expected: a duplicate counts against precision) with the exact set.
-pub fn compare_sets(found: &[Pair], exact: &VoxelPairs) -> Comparison {
+pub fn compare_sets(found: &[Pair], exact: &VoxelPairs) -> PairComparison {
     let mut found = found.to_vec();
     found.sort_unstable();
     let holds = |set: &[Pair], pair: &Pair| set.binary_search(pair).is_ok();
@@ -210,7 +212,7 @@ pub fn compare_sets(found: &[Pair], exact: &VoxelPairs) -> Comparison {
     let right = decided.iter().filter(|(i, p)| holds(&exact.certain, p) && (*i == 0 || found[i - 1] != **p)).count();
     let share = |part: usize, whole: usize| if whole == 0 { 1.0 } else { part as f64 / whole as f64 };
     let all = exact.certain.len() + exact.touching.len();
-    Comparison {
+    PairComparison {
         recall: share(recalled, exact.certain.len()),
         precision: share(right, decided.len()),
         touching: if all == 0 { 0.0 } else { exact.touching.len() as f64 / all as f64 },

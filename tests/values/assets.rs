@@ -40,7 +40,7 @@ fn an_error_names_the_folder_that_cannot_be_created() {
 }
 
 /// All meshes except double-sided sheets and single-sided lamps are closed: every edge occurs once in each direction.
-/// Vertices with equal bits of their positions are the same.
+/// Vertices with equal bits of their positions are one vertex.
 #[test]
 fn solids_are_closed() {
     for (name, _) in scenes() {

@@ -1,4 +1,5 @@
-//! `examples/ci`, the recipe for other people's continuous integration: its script passes on its scene, and fails when light changes.
+//! `examples/ci`, the recipe for other people's continuous integration: its script passes on its scene, and fails when
+//! light changes.
 #![cfg(unix)]
 
 use std::fs;
@@ -11,7 +12,7 @@ fn recipe() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/ci")
 }
 
-/// A copy of the recipe's scenes, to be changed.
+/// A copy of the recipe's scenes for changes.
 fn scenes() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("scenes")).unwrap();
@@ -33,7 +34,7 @@ fn light(folder: &TempDir, task: &str) -> (Option<i32>, String) {
     (status.code(), String::from_utf8(stdout).unwrap() + &String::from_utf8(stderr).unwrap())
 }
 
-/// Replaces text of a scene by as many bytes, so that the binary file stays whole.
+/// Replaces text of a scene by text of equal length, so that the binary file stays valid.
 fn change(folder: &TempDir, from: &str, to: &str) {
     assert_eq!(from.len(), to.len());
     let path = folder.path().join("scenes/room.glb");
@@ -91,7 +92,7 @@ fn what_is_missing_is_told() {
     assert!(code == Some(2) && said.contains("say what to do"), "{said}");
 }
 
-/// Another scene's failure does not hide behind one that passes; an error is worse than a limit.
+/// A failure of one scene is not hidden by another that passes; an error is worse than a limit.
 #[test]
 fn the_worst_scene_decides() {
     let folder = scenes();

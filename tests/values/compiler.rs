@@ -1,14 +1,14 @@
-//! Faults of the compiler itself that reach programs, so that a toolchain that has one is known.
+//! Faults of the compiler itself that affect programs, to recognise a toolchain that has one.
 
 use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 use std::{env, fs, io};
 
-/// The first release of Rust that passes `FREES_TWICE` by measurement: 1.95.0, 1.96.0 and 1.96.1 abort, 1.97.0 does not.
+/// The first release of Rust that passes `FREES_TWICE`, by measurement: 1.95.0, 1.96.0 and 1.96.1 abort, 1.97.0 passes.
 const MENDED: (u32, u32) = (1, 97);
 
-/// rust-lang/rust#155241: both closures get the same bytes in place of a vector of their own.
+/// rust-lang/rust#155241: both closures get one vector's bytes instead of a vector each.
 const FREES_TWICE: &str = "
 fn with(f: impl FnOnce(Vec<usize>)) {
     f(Vec::new())
@@ -44,7 +44,7 @@ fn a_compiler_that_frees_a_moved_argument_twice_is_known() {
 
     let how = format!("{} frees a moved closure argument twice (rust-lang/rust#155241)", version.trim());
     assert!((major, minor) < MENDED, "{how}, which {}.{} no longer did: move MENDED", MENDED.0, MENDED.1);
-    // Not by a macro, whose text the harness keeps to itself.
+    // Written to the terminal itself, because the harness captures the text of macros.
     let note =
         format!("note: {how}; CONTRIBUTING.md says what that means, and Rust {}.{} mends it\n", MENDED.0, MENDED.1);
     io::stderr().write_all(note.as_bytes()).expect("written");

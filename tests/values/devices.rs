@@ -1,4 +1,5 @@
-//! Devices that are not here, as documents describe them: what each preset needs of them, and the table of `docs/devices.md`.
+//! Devices that are known from documents: the requirements of each preset that they lack, and the table of
+//! `docs/devices.md`.
 
 use std::path::Path;
 
@@ -42,7 +43,7 @@ fn devices_run_what_they_have_all_for() {
             assert_eq!(missing.is_empty(), runs, "{part}, {}: {missing:?}", preset.name);
         }
     }
-    // Metal knows no geometry shaders.
+    // Metal has no geometry shaders.
     let moltenvk = report("MoltenVK");
     for preset in PRESETS {
         let settings = (preset.settings)();
@@ -53,7 +54,7 @@ fn devices_run_what_they_have_all_for() {
     assert_eq!(lacks(&report("(KosmicKrisp)"), &Settings::fast()), [timestamps]);
 }
 
-/// The memory plan is held against what a device has and binds at once.
+/// The memory plan is compared with a device's memory and with its largest binding.
 #[test]
 fn frames_that_do_not_fit_a_device_are_refused() {
     let scene = Scene::load(&root().join("assets/gallery.glb"), &LoadOptions::default()).unwrap();
@@ -82,7 +83,7 @@ fn frames_that_do_not_fit_a_device_are_refused() {
     assert!(buffer.contains("more than the largest buffer that AMD Radeon RX 570 (RADV) binds"), "{buffer}");
 }
 
-/// A device with one less of a limit is refused for just that.
+/// A device with one less of a limit is refused for exactly that limit.
 #[test]
 fn a_limit_that_is_one_too_low_is_named() {
     for method in Method::ALL.iter().copied() {
@@ -107,7 +108,7 @@ fn a_limit_that_is_one_too_low_is_named() {
     }
 }
 
-/// Every device offers enough of all else that shaders bind: the specification's table of required limits.
+/// Every device offers enough of all other resources that shaders bind: the specification's table of required limits.
 #[test]
 fn other_limits_are_those_of_every_device() {
     for name in shader::names().filter(|name| !name.starts_with("test/")) {
@@ -115,13 +116,13 @@ fn other_limits_are_those_of_every_device() {
         let count = |kind| bindings.iter().filter(|binding| binding.kind == kind).map(|b| b.count).sum::<u32>();
         assert!(count(BindingKind::Sampled) <= 16, "{name}: maxPerStageDescriptorSampledImages");
         assert!(count(BindingKind::Uniform) <= 12, "{name}: maxPerStageDescriptorUniformBuffers");
-        // Rays go through an acceleration structure or through the tree, whose boxes they need no more then.
+        // Rays use an acceleration structure or the tree, and do not need the tree's boxes with the former.
         let all = bindings.iter().map(|binding| binding.count).sum::<u32>() - count(BindingKind::Structure);
         assert!(all <= 32, "{name}: maxPushDescriptors");
     }
 }
 
-/// No shader talks to its neighbours in a subgroup, so results depend on no subgroup's size; none needs numbers of 16 or 64 bits.
+/// No shader uses subgroup operations, so results depend on no subgroup's size; none needs numbers of 16 or 64 bits.
 #[test]
 fn shaders_use_few_capabilities_and_no_subgroups() {
     const CAPABILITY: u32 = 17;

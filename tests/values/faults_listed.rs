@@ -1,5 +1,5 @@
-//! The planted faults (`tests/faults/faults.toml`, `make faults`): each can still be planted, and the page says which test
-//! caught which.
+//! The planted faults (`tests/faults/faults.toml`, `make faults`): each can be planted, and the page names the test
+//! that caught it.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -26,12 +26,12 @@ fn exists(test: &str) -> bool {
     let mut words = test.split("::");
     let (binary, file, function) = (words.next().expect("a word"), words.next(), words.last());
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(binary);
-    // The library's tests stand in its source files and are not searched.
+    // The library's tests are in its source files and are not searched.
     let Some(file) = file.filter(|_| binary != "lib") else {
         return binary == "lib" || folder.join("main.rs").exists();
     };
     let single = folder.join(format!("{file}.rs"));
-    // Nor are those of a folder within a binary.
+    // Tests of a folder within a binary are not searched either.
     let text = |path| fs::read_to_string(path).expect("a test file");
     match function {
         Some(function) if single.exists() => text(single).contains(&format!("fn {function}")),

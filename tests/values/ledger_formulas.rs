@@ -1,5 +1,5 @@
-//! The ledger's rows with a formula: each test states a property, shows by how much the printed form breaks it, and that
-//! the right form keeps it.
+//! The ledger's rows with a formula: each test states a property, measures by how much the printed form breaks it, and
+//! checks that the right form keeps it.
 
 use glam::{Mat3, Vec3, Vec4};
 use proptest::prelude::*;
@@ -14,7 +14,7 @@ use twobounce::gi::cones::choices::{ConeSet, RoughnessFit};
 use twobounce::gi::cones::constants::Cones;
 use twobounce::gi::cones::{Ledger, Settings, Start};
 
-/// Equal faces at level 0 from a function of the voxel, in a whole chain of right mips.
+/// Equal faces at level 0 by a function of the voxel, in a complete chain of right mips.
 pub fn volume(edge: u32, texel: impl Fn(Vec3) -> Vec4) -> Volume {
     let n = edge as usize;
     let at = |i: usize| texel(Vec3::new((i % n) as f32, (i / n % n) as f32, (i / n / n) as f32));
@@ -26,7 +26,7 @@ fn wall(edge: u32, x: f32) -> Volume {
     volume(edge, |v| if v.x == x { Vec4::ONE } else { Vec4::ZERO })
 }
 
-/// The right settings, but for one change.
+/// The right settings, with one change.
 pub fn with(change: impl FnOnce(&mut Settings)) -> Settings {
     let mut settings = Settings::corrected();
     change(&mut settings);
@@ -39,8 +39,8 @@ pub fn ray(origin: Vec3, direction: Vec3) -> Cone {
 
 #[test]
 fn d1_a_negative_traveller_reads_its_own_volume() {
-    // Equal faces at level 0, so level 1 cannot tell. Red and blue layers in turn: a traveller along −x
-    // meets a blue one first, and must still see it at level 2.
+    // Equal faces at level 0, so level 1 cannot tell. Red and blue layers alternate: a traveller along −x meets a blue
+    // one first, and must still see it at level 2.
     let (red, blue) = (Vec4::new(1.0, 0.0, 0.0, 1.0), Vec4::new(0.0, 0.0, 1.0, 1.0));
     let texels: Vec<Vec4> = (0..64).map(|i| if i % 2 == 0 { red } else { blue }).collect();
     let of = |d1: Form| mip_chain(equal_faces(texels.clone()), d1, Right).levels()[2][3][0];
@@ -50,7 +50,7 @@ fn d1_a_negative_traveller_reads_its_own_volume() {
 
 #[test]
 fn d2_no_mip_is_more_than_opaque() {
-    // All of the block's upper layer empty, the lower full: the fourth column counts its back voxel twice.
+    // The block's upper layer is empty, the lower one full: the fourth column counts its back voxel twice.
     let block: Block = std::array::from_fn(|i| if i / 2 % 2 == 0 { Vec4::ONE } else { Vec4::ZERO });
     assert_eq!(mip_directional(&block, 4, Printed).w, 1.25);
     assert_eq!(mip_directional(&block, 4, Right).w, 1.0);
@@ -135,7 +135,7 @@ fn d11_there_is_nothing_outside_the_volume() {
     assert_eq!((seen(Printed), seen(Right)), (1.0, 0.0));
 }
 
-/// Visibility of a light straight behind a slab of `alpha`, one voxel thick and two mips long to every side.
+/// Visibility of a light straight behind a slab of `alpha`, one voxel thick and two mips wide to every side.
 fn shadow_of_slab(alpha: f32, settings: &Settings) -> f32 {
     let slab = volume(16, |v| if v.x == 8.0 { Vec4::splat(alpha) } else { Vec4::ZERO });
     let (from, to) = (Vec3::new(0.1, 0.53, 0.53), Vec3::new(0.95, 0.53, 0.53));
@@ -145,7 +145,7 @@ fn shadow_of_slab(alpha: f32, settings: &Settings) -> f32 {
 #[test]
 fn d12_short_steps_do_not_count_as_whole_ones() {
     assert_eq!(opacity_correction(opacity_correction(0.5, 1.0), 1.0), 0.5);
-    // Fog of alpha ½ per voxel, steps of ⅓ of one: over three steps ½ must be left, the printed form leaves ⅛.
+    // Fog of alpha ½ per voxel, steps of ⅓ of one: over three steps ½ must remain; the printed form leaves ⅛.
     let fog = volume(16, |_| Vec4::splat(0.5));
     let per_voxel = |d12, step| {
         let settings = with(|s| {
@@ -168,7 +168,7 @@ fn d12_short_steps_do_not_count_as_whole_ones() {
 
 #[test]
 fn d13_a_cone_one_voxel_wide_reads_level_0() {
-    // A wall of alpha 1 halves at level 1 of the isotropic volume: the level shows in what is left.
+    // A wall of alpha 1 halves at level 1 of the isotropic volume, so the remaining light tells the level.
     let left = |d13| {
         let settings = with(|s| {
             (s.ledger.d12, s.ledger.d13, s.ledger.d15) = (Printed, d13, Printed);
@@ -210,7 +210,7 @@ fn d15_a_wall_stays_opaque_in_every_mip() {
 
 #[test]
 fn d16_a_light_is_not_shadowed_by_its_own_voxels() {
-    // The light sits in a ceiling; nothing else is in the way.
+    // The light lies in a ceiling; nothing else occludes it.
     let ceiling = wall(16, 14.0);
     let (from, to) = (Vec3::new(0.1, 0.53, 0.53), Vec3::new(14.5 / 16.0, 0.53, 0.53));
     let left = |end| {
@@ -244,7 +244,8 @@ fn d18_a_cone_ends_when_little_can_be_added() {
     assert!(printed.value.w - right.value.w <= 1.0 - OPAQUE);
 }
 
-/// Distance from where the cones leave the normal, and mip level, of each look-up of every diffuse cone, distances in voxels.
+/// Distance from the start of the cones' departure from the normal, and mip level, of each look-up of every diffuse
+/// cone; distances in voxels.
 fn diffuse_look_ups(edge: u32, settings: &Settings) -> Vec<Vec<[f32; 2]>> {
     let empty = volume(edge, |_| Vec4::ZERO);
     let from = Vec3::new(0.5, 0.1, 0.5);
@@ -259,8 +260,8 @@ fn diffuse_look_ups(edge: u32, settings: &Settings) -> Vec<Vec<[f32; 2]>> {
 
 #[test]
 fn the_printed_diffuse_cones_look_where_the_slides_look() {
-    // By hand, 128³, half angles of 45°: the diameter is twice the distance, which starts at 4 voxels and grows by it to 12,
-    // 36, 108 and 324, beyond √2·128; what is looked at lies 0.01·128 voxels nearer.
+    // By hand, 128³, half angles of 45°: the diameter is twice the distance, which starts at 4 voxels and grows by the
+    // diameter to 12, 36, 108 and 324, beyond √2·128; the looked-up point lies 0.01·128 voxels nearer.
     for cone in diffuse_look_ups(128, &Settings::printed()) {
         let expected = [[2.72, 3.0], [10.72, 4.585], [34.72, 6.170], [106.72, 7.755]];
         assert_eq!(cone.len(), expected.len());
@@ -323,7 +324,7 @@ fn frame_slope(normal: Vec3, towards: Vec3, form: Form) -> f32 {
 
 #[test]
 fn d22_the_tangent_frame_has_no_jumps() {
-    // Along |n.y| = |n.z| the printed frame turns by 60° to 90° at once.
+    // Along |n.y| = |n.z| the printed frame jumps by 60° to 90°.
     for x in [0.1f32, 0.5, 0.9] {
         let side = ((1.0 - x * x) / 2.0).sqrt();
         let normal = Vec3::new(x, side, side);
@@ -331,7 +332,8 @@ fn d22_the_tangent_frame_has_no_jumps() {
         assert!(frame_slope(normal, across, Printed) > 1000.0);
         assert!(frame_slope(normal, across, Right) < 2.0);
     }
-    // Everywhere: orthonormal, right-handed, and no faster than 1/(1 + n.z) allows near its one singular direction.
+    // Everywhere: orthonormal, right-handed, and with a rate of change of at most 1/(1 + n.z) near its one singular
+    // direction.
     for i in 0..2000 {
         let z = 1.0 - 2.0 * (i as f32 + 0.5) / 2000.0;
         let angle = i as f32 * PI * (3.0 - 5f32.sqrt());
@@ -376,7 +378,8 @@ fn d24_refraction_obeys_snell_on_both_sides() {
             }
         }
     }
-    // As printed: leaving glass at 60°, beyond total reflection, and entering air from within at 60° both go wrong.
+    // As printed, both cases are wrong: leaving glass at 60°, beyond total reflection, and entering air from within at
+    // 60°.
     let leaving = Vec3::new(60f32.to_radians().sin(), 0.5, 0.0);
     assert!((refraction_direction(leaving, Vec3::Y, 1.5, Printed) - leaving.reflect(Vec3::Y)).length() > 0.1);
     assert!(refraction_direction(leaving * Vec3::new(1.0, -1.0, 1.0), Vec3::Y, 1.0 / 1.5, Printed).is_nan());

@@ -1,6 +1,6 @@
 //! The pages of the ledgers: every row that names settings is measured, and each row with a formula has a test.
 
-use twobounce::lab::ledger::{Job, LEDGERS, ids, lines};
+use twobounce::lab::ledger::{Comparison, LEDGERS, ids, lines};
 use twobounce::settings::Settings;
 
 #[test]
@@ -11,8 +11,8 @@ fn every_row_that_names_settings_is_measured() {
         for line in lines {
             let name = format!("{}, {}", ledger.page, line.name);
             let settings = match &line.job {
-                Job::Change { printed, right } => [&printed[..], right].concat(),
-                Job::Fill { settings, .. } | Job::Furnace { settings, .. } => settings.clone(),
+                Comparison::Change { printed, right } => [&printed[..], right].concat(),
+                Comparison::Fill { settings, .. } | Comparison::Furnace { settings, .. } => settings.clone(),
             };
             let mut set = Settings::preset(ledger.preset).expect("a preset");
             for assignment in settings.iter().filter(|assignment| !assignment.starts_with("sky=")) {
@@ -25,7 +25,7 @@ fn every_row_that_names_settings_is_measured() {
                 "{name} was not measured: run `twobounce ledger --method {}`",
                 ledger.method
             );
-            // Work that the talk does twice gives the same bits when it is done once.
+            // Work that the talk does twice gives equal bits when it is done once.
             if line.name == "D29" {
                 assert_eq!(line.results[0], "0.00 %");
             }
@@ -44,7 +44,7 @@ fn every_switch_has_a_row() {
 
 #[test]
 fn every_row_with_a_formula_has_its_test_here() {
-    // Rows about syntax, or about doing the same work twice, have no formula; the lists are held in passes_voxelise.rs.
+    // Rows about syntax, or about doing the same work twice, have no formula; passes_voxelise.rs checks the lists.
     let without = ["D4", "D5", "D9", "D29", "D30"];
     let tests = include_str!("ledger_formulas.rs");
     let ids = ids(LEDGERS[0].text);

@@ -1,4 +1,4 @@
-//! Properties of the cones' sets, weights and steps that belong to no single row of the ledger.
+//! Properties of the cones' sets, weights and steps that concern no single row of the ledger.
 
 use glam::{Vec3, Vec4};
 
@@ -33,7 +33,7 @@ fn extinction_makes_a_wall_block_the_same_at_every_angle() {
     let volume = mip_chain(level, Right, Right);
     let open = |degrees: f32, weights| {
         let (sin, cos) = degrees.to_radians().sin_cos();
-        // Averaged over where the steps fall.
+        // Averaged over the phase of the steps.
         let sum: f32 = (0..32)
             .map(|i| {
                 let direction = Vec3::new(cos, sin, 0.0);
@@ -64,8 +64,9 @@ fn transmittance_does_not_depend_on_the_step() {
     assert_eq!((opacity_correction(1.0, 0.3), opacity_correction(0.0, 0.3)), (1.0, 0.0));
 }
 
-/// S6, and the limit of the set of five: over the floor of an empty room, with all faces of a voxel equal, most of what its cones
-/// collect is the floor itself. A furnace cannot show that, since all its walls are equally bright.
+/// S6, and the limit of the set of five: over the floor of an empty room, with all faces of a voxel equal, most of the
+/// light that its cones collect comes from the floor itself. A furnace cannot show that, since all its walls are
+/// equally bright.
 #[test]
 fn wide_cones_collect_the_wall_that_they_leave() {
     const EDGE: u32 = 128; // the talk's

@@ -1,12 +1,12 @@
-//! Scenes, poses and settings that a program made wrongly are refused in a sentence before anything reads them.
+//! Invalid scenes, poses and settings that a program made are refused with a message before anything reads them.
 
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 use twobounce::scene::deform::{Deform, Deformer};
 use twobounce::scene::{
-    Animation, Camera, Channel, Image, Instance, Interpolation, LightKind, Material, Mesh, Projection, Property, Scene,
-    Texture, TextureRef, WeightChannel,
+    Animation, Camera, Channel, Instance, Interpolation, LightKind, Material, Mesh, Projection, Property, Scene,
+    Texture, TextureImage, TextureRef, WeightChannel,
 };
 use twobounce::settings::{PRESETS, Settings};
 
@@ -37,7 +37,7 @@ fn camera(node: usize) -> Camera {
     Camera { name: "camera".into(), node, projection }
 }
 
-/// A channel of one key that moves a node, and so many values.
+/// A channel of one key that moves a node, with this many values.
 fn animation(node: usize, values: usize) -> Animation {
     let values = vec![Vec4::ZERO; values];
     let (property, interpolation) = (Property::Translation, Interpolation::Linear);
@@ -45,7 +45,7 @@ fn animation(node: usize, values: usize) -> Animation {
     Animation { channels: vec![channel], ..Animation::default() }
 }
 
-/// Weights of so many targets of a deformer at one time.
+/// Weights of this many targets of a deformer at one time.
 fn weights(deformer: usize, width: usize) -> Animation {
     let (times, interpolation) = (vec![0.0], Interpolation::Linear);
     let channel = WeightChannel { deformer, times, values: vec![0.0; width], width, interpolation };
@@ -76,7 +76,10 @@ fn scenes_that_make_no_sense_are_refused_in_a_sentence() {
         (&|s| deform(s, |d| d.deformer = 5), "mesh 1 refers to deformer 5, but the scene has 1"),
         (&|s| s.deformers[0].joints[0].node = 50, "deformer 0 refers to node 50"),
         (&|s| s.deformers[0].node = 51, "deformer 0 refers to node 51"),
-        (&|s| s.images.push(Image { width: 2, height: 2, ..Image::default() }), "image 0 is 2x2, but has 0 bytes"),
+        (
+            &|s| s.images.push(TextureImage { width: 2, height: 2, ..TextureImage::default() }),
+            "image 0 is 2x2, but has 0 bytes",
+        ),
         (&|s| s.cameras.push(camera(60)), "camera 0 refers to node 60"),
         (&|s| s.animations.push(animation(70, 1)), "animation 0 refers to node 70"),
         (&|s| s.animations.push(animation(0, 2)), "a channel of animation 0 has 1 times, but not a value for each"),

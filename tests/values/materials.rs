@@ -1,4 +1,5 @@
-//! The renderer's coats, sheens and the like against the path tracer, and `docs/materials.md` as `examples/pages` writes it.
+//! The renderer's clearcoat, sheen and further extensions against the path tracer, and `docs/materials.md` as
+//! `examples/pages` writes it.
 
 #[path = "../../examples/pages/materials.rs"]
 #[allow(dead_code)]
@@ -27,7 +28,8 @@ fn the_page_has_a_row_for_every_scene() {
     }
 }
 
-/// Each scene's own materials keep their brightness, and the validation layers find nothing. Coarser than the page's numbers.
+/// Each scene's materials keep their brightness, and the validation layers find nothing. The images are smaller than
+/// those of the page's numbers.
 #[test]
 fn materials_look_as_the_reference_has_them() {
     let context = Context::new(&ContextOptions { validation: true, ..Default::default() }).expect("a device");
@@ -39,7 +41,7 @@ fn materials_look_as_the_reference_has_them() {
         let row = example::row(&scene.name, &image, &truth).expect("numbers");
         let numbers: Vec<f64> = row.split('|').filter_map(|cell| cell.trim().parse().ok()).collect();
         let [_, _, rel, energy] = numbers[..] else { panic!("{row}") };
-        // The method's own error, the reference's noise on bright spots, and what docs/materials.md says of each.
+        // The method's own error, the reference's noise on bright spots, and the approximations in docs/materials.md.
         assert!(rel < 0.35 && (energy - 1.0).abs() < 0.13, "{row}");
     }
     assert!(context.validation_messages().is_empty(), "{:?}", context.validation_messages());

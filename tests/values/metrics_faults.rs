@@ -87,7 +87,8 @@ fn a_dropped_pi_shows_in_energy() {
 #[test]
 fn swapped_axes_show_though_energy_stays() {
     let reference = picture();
-    // Mirrored left to right, and red swapped with blue: the effects of swapped axes on positions and on normals as colours.
+    // Mirrored left to right, and red swapped with blue: the effects of swapped axes on positions and on normals as
+    // colours.
     let mirrored = changed(&reference, |l, x, y| at(l, WIDTH - 1 - x, y));
     let swapped = changed(&reference, |l, x, y| {
         let [r, g, b] = at(l, x, y);
@@ -196,5 +197,8 @@ fn what_cannot_be_compared_is_refused() {
     assert_eq!(refused(&nowhere, &reference), "the image has no finite pixel; render it again");
     assert_eq!(refused(&reference, &nowhere), "the reference has no finite pixel; render it again");
     let black = changed(&reference, |_, _, _| [0.0; 3]);
-    assert_eq!(refused(&reference, &black), "the reference is black, so relative errors are undefined");
+    assert_eq!(
+        refused(&reference, &black),
+        "the reference is black, so relative errors are undefined; light the scene"
+    );
 }

@@ -1,7 +1,7 @@
 """Makes metrics_values.json: what the metrics must give for two synthetic images.
 
-Needs numpy and flip-evaluator (NVIDIA's own Python package of FLIP). The images are exact in float32; the test makes the
-same ones.
+Needs numpy and flip-evaluator (NVIDIA's own Python package of FLIP). The images are exact in float32; the test makes
+the same ones.
 """
 
 import json

@@ -1,4 +1,4 @@
-//! Nonsense in public fields is refused, or the path tracer makes an image of it: it never panics.
+//! Invalid values in public fields are refused or path-traced, without a panic.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
@@ -10,7 +10,7 @@ use twobounce::settings::Settings;
 
 use crate::nonsense::{Chance, scene, spoil, spoilt_settings, spoilt_view, view};
 
-/// Everything that a program does with a scene before and while the path tracer renders it.
+/// Every call of a program with a scene, before and during the path tracing.
 fn traced(scene: &Scene, chance: &mut Chance) -> twobounce::Result<()> {
     scene.check()?;
     let playback = Playback { animations: vec![0], repeats: chance.below(2) == 0 };

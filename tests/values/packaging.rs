@@ -1,4 +1,5 @@
-//! Packages: that of crates.io builds from its own files, and the Debian package has its parts and depends on what is opened.
+//! Packages: that of crates.io builds from its own files, and the Debian package has its parts and depends on all
+//! libraries that the program opens.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -35,7 +36,7 @@ fn plain(path: &Path) -> String {
     parts.join("/")
 }
 
-/// The files that a source reads while it is compiled, its own unit tests' left out.
+/// The files that a source reads at compile time, without those of its unit tests.
 fn included(source: &str) -> Vec<String> {
     let text = read(source);
     let text = text.split("#[cfg(test)]").next().expect("a part");
@@ -70,7 +71,7 @@ fn deb() -> toml::Table {
     manifest["package"]["metadata"]["deb"].as_table().expect("a table").clone()
 }
 
-/// Whether `path`, whose last part may hold one `*`, names a file.
+/// Whether `path`, whose last part may contain one `*`, names a file.
 fn names_a_file(path: &str) -> bool {
     let path = PathBuf::from(path);
     let name = path.file_name().and_then(|name| name.to_str()).expect("a name");
@@ -91,7 +92,7 @@ fn the_debian_package_has_every_part() {
     for path in from {
         let made = path.starts_with("target/") || path.starts_with("out/deb/");
         assert!(made || names_a_file(path), "there is no {path}");
-        // The script makes what is in its folder.
+        // The script creates the files of its folder.
         if let Some(name) = path.strip_prefix("out/deb/twobounce.") {
             let shells = script.lines().find_map(|line| line.strip_prefix("for shell in ")).expect("a loop");
             assert!(shells.contains(name), "scripts/deb.sh does not make {path}");
@@ -99,7 +100,7 @@ fn the_debian_package_has_every_part() {
     }
 }
 
-/// The libraries that the window opens by name are packages that are recommended: no linker knows of them.
+/// The libraries that the window opens by name are recommended packages, because no linker knows of them.
 #[test]
 fn the_debian_package_names_what_is_opened() {
     let deb = deb();
@@ -119,7 +120,8 @@ fn the_debian_package_names_what_is_opened() {
     }
 }
 
-/// No workflow goes on after a test that failed or could not run, and the one of Linux runs what the continuous integration runs.
+/// No workflow continues after a test that failed or could not run, and the one of Linux runs the commands of the
+/// continuous integration.
 #[test]
 fn workflows_let_no_failure_pass() {
     let mut seen = 0;

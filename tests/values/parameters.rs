@@ -1,5 +1,5 @@
-//! No function takes several arguments as one tuple. A tuple is one argument where its elements are of one type and belong together,
-//! such as the width and height of an image. Clippy counts the arguments themselves (`clippy.toml`).
+//! No function takes several arguments as one tuple. A tuple is one argument where its elements are of one type and
+//! belong together, such as the width and height of an image. Clippy counts the arguments themselves (`clippy.toml`).
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// The parts of `list` between commas that no bracket holds.
+/// The parts of `list` between commas outside of brackets.
 fn parts(list: &str) -> Vec<&str> {
     let (mut depth, mut start, mut found) = (0, 0, Vec::new());
     let mut before = ' ';
@@ -34,7 +34,7 @@ fn parts(list: &str) -> Vec<&str> {
     found
 }
 
-/// The text within the bracket that `text` begins with.
+/// The text within the bracket at the start of `text`.
 fn within(text: &str) -> &str {
     let mut depth = 0;
     for (at, c) in text.char_indices() {
@@ -50,7 +50,7 @@ fn within(text: &str) -> &str {
     panic!("a bracket is not closed: {:.80}", text)
 }
 
-/// The parameters of all functions in a file, comments left out.
+/// The parameters of all functions in a file, without comments.
 fn parameters(text: &str) -> Vec<Vec<String>> {
     let code: String = text.lines().map(|line| line.split("//").next().unwrap().to_owned() + "\n").collect();
     let mut found = Vec::new();
@@ -75,7 +75,7 @@ fn parameters(text: &str) -> Vec<Vec<String>> {
     found
 }
 
-/// Whether a parameter is a tuple of arguments: taken apart in the signature, with elements of several types.
+/// Whether a parameter is a tuple of arguments: destructured in the signature, with elements of several types.
 fn hides_arguments(parameter: &str) -> bool {
     if !parameter.starts_with('(') {
         return false;

@@ -123,7 +123,8 @@ fn sphere_around_a_point_light() {
             [(Depth::Bounces(0), direct), (Depth::Bounces(1), one), (Depth::Full, direct / (1.0 - albedo))]
         {
             let mean = built.mean(&view, 32, 32, depth);
-            // The 8,192 triangles are up to 0.1 % inside the sphere, so they are at most 0.2 % brighter; noise is below 0.1 %.
+            // The 8,192 triangles are up to 0.1 % inside the sphere, so they are at most 0.2 % brighter; noise is below
+            // 0.1 %.
             assert!((mean / expected - 1.0).abs() < 0.003, "albedo {albedo}, {depth:?}: {mean}, expected {expected}");
         }
     }
@@ -337,8 +338,8 @@ fn ambient_occlusion_of_a_wall() {
     assert!((mean(&layers, Aov::Depth) - 10.0).abs() < 1e-3, "{}", mean(&layers, Aov::Depth));
 }
 
-/// Scale and translation do not change the image: the bits are equal for powers of two at the origin, equal within noise
-/// far away.
+/// Scale and translation do not change the image: the bits are equal for powers of two at the origin, equal within
+/// noise far away.
 #[test]
 fn scale_and_place_do_not_matter() {
     let room = |scale: f64, offset: DVec3| {

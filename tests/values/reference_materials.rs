@@ -1,4 +1,4 @@
-//! The reference's coats, sheens, films and the like against closed forms.
+//! The reference's clearcoats, sheens, films and further extensions against closed forms.
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
@@ -9,7 +9,7 @@ use twobounce::reference::{Depth, Options, Stop};
 use twobounce::scene::finish::{Anisotropy, Clearcoat, DiffuseTransmission, Finish, Iridescence, Sheen, dispersed};
 use twobounce::scene::{LightKind, Material, Mesh, Projection, Scene, View};
 
-/// Looks at the origin along −(sin tilt, cos tilt, 0), at a square of half side `half`.
+/// A camera at −(sin tilt, cos tilt, 0) that looks at the origin, at a square of half side `half`.
 fn above(tilt: f32, half: f32) -> View {
     let (sin, cos) = (tilt as f64).sin_cos();
     let mut view = View::look_at(DVec3::new(10.0 * sin, 10.0 * cos, 0.0), DVec3::ZERO, DVec3::Z, 1.0);
@@ -45,7 +45,7 @@ fn under_sky(material: Material, tilt: f32, samples: u32) -> Vec3 {
     traced(&scene, &above(tilt, 1.0), 16, samples, Depth::Full)
 }
 
-/// f · cos towards the viewer, for parallel light of irradiance 1 that comes from `from`: no noise.
+/// f · cos towards the viewer, for parallel light of irradiance 1 from `from`, without noise.
 fn lit_from(material: Material, tilt: f32, from: Vec3) -> Vec3 {
     let mut scene = sheet(material);
     let turn = DQuat::from_rotation_arc(DVec3::NEG_Z, -from.normalize().as_dvec3());
@@ -78,14 +78,15 @@ fn schlick(f0: f32, cos: f32) -> f32 {
     f0 + (1.0 - f0) * (1.0 - cos).powi(5)
 }
 
-/// KHR_materials_clearcoat: over black the coat's Fresnel remains, over white nothing is lost, and emission loses its share.
+/// KHR_materials_clearcoat: over black the coat's Fresnel reflection remains, over white nothing is lost, and emission
+/// loses its share.
 #[test]
 fn a_clearcoat_takes_its_share_by_fresnel() {
     for tilt in [0.0f32, 0.6, 1.1, 1.4] {
         let share = 0.8 * schlick(0.04, tilt.cos());
-        // A mirror has no noise; what is left is f32's.
+        // A mirror has no noise; f32's rounding remains.
         close(under_sky(coated(lambert(0.0), 0.8, 0.0), tilt, 16), Vec3::splat(share), 1e-4, "smooth over black");
-        // One lobe's light is sampled by the other's directions too: noise of 65,536 samples.
+        // Directions of the other lobe sample one lobe's light too: noise of 65,536 samples.
         close(under_sky(coated(lambert(1.0), 0.8, 0.0), tilt, 256), Vec3::ONE, 0.003, "smooth over white");
         let lamp = coated(Material::lamp("lamp", Vec3::splat(2.0)), 0.8, 0.5);
         let mut scene = sheet(lamp);
@@ -103,7 +104,7 @@ fn a_clearcoat_takes_its_share_by_fresnel() {
     let found = traced(&scene, &above(1.2, 0.1), 16, 64, Depth::Bounces(0));
     // ∫ (1 − F) 2 cos d cos = 1 − 0.04 − 0.96 · 2/42.
     let expected = 1.0 - 0.04 - 0.96 * 2.0 / 42.0;
-    // Noise, and the lamp ends 400 times as far away as it is high.
+    // Noise, and the lamp ends at 400 times its height.
     close(found, Vec3::splat(expected), 0.005, "a coated ceiling");
 }
 
@@ -144,7 +145,7 @@ fn diffuse_transmission_sends_light_through() {
         let material = scene.add_material(Material { thickness, double_sided: true, ior: 1.0, ..leaf });
         scene.add_mesh(Mesh::cuboid("box", material, Vec3::splat(-1.0), Vec3::ONE, false), DAffine3::IDENTITY);
         let found = traced(&scene, &above(0.5, 0.5), 16, 64, Depth::Full);
-        // Nothing is absorbed, on the way through the box either. Noise.
+        // Nothing is absorbed, not even on the way through the box. Noise.
         close(found, Vec3::ONE, 0.01, "a white box");
     }
 }
@@ -179,7 +180,7 @@ fn anisotropy_is_ggx_with_two_roughnesses() {
     assert_eq!(lit_from(brushed(0.0, 0.0), tilt, Vec3::Y).to_array(), plain.to_array(), "no strength, no difference");
 }
 
-/// Sheen's lobe by its formula at one pair of directions, and that no energy is made: white over white.
+/// Sheen's lobe by its formula at one pair of directions, and conservation of energy: white over white.
 #[test]
 fn sheen_follows_its_formula_and_keeps_energy() {
     let velvet = |base: f32, color: f32, roughness: f32| {
@@ -236,7 +237,7 @@ fn airy(film_ior: f32, nm: f32, f0: f32, cos: f32) -> Vec3 {
         xyz += eye * reflected;
         white += eye;
     }
-    // The Gaussians' own white point maps to what the renderer calls white only nearly; the constant part bypasses them.
+    // The Gaussians' own white point maps only nearly to the renderer's white; the constant part bypasses them.
     let constant = {
         let (a, b) = (r12 * r12, r23 * r23);
         a + (1.0 - a) * (1.0 - a) * b / (1.0 - a * b)
@@ -260,7 +261,8 @@ fn iridescence_is_interference() {
         let plain = under_sky(metal(0.3, 0.0), tilt, 4);
         close(under_sky(filmed(0.3, 1.4, 0.0), tilt, 4), plain, 1e-5, "no thickness");
         if tilt == 0.0 {
-            // The least product of reflectances is 10⁻⁵, and its root 0.003; slanted, Schlick's formula lets even air reflect.
+            // The least product of reflectances is 10⁻⁵, and its root 0.003; slanted, Schlick's formula lets even air
+            // reflect.
             close(under_sky(filmed(0.3, 1.0, 400.0), tilt, 4), plain, 0.01, "a film of air");
         }
         for (f0, ior, nm) in [(0.04, 1.33, 250.0), (0.2, 1.5, 380.0), (0.6, 1.8, 550.0), (0.05, 1.9, 300.0)] {
@@ -275,7 +277,7 @@ fn iridescence_is_interference() {
     assert!(colors.iter().all(|c| c.max_element() - c.min_element() > 0.03), "films have colours: {colors:?}");
 }
 
-/// A lamp under glass, half covered: each channel sees its edge where Snell's law puts it.
+/// A lamp under glass, half covered: each channel sees its edge at the position of Snell's law.
 #[test]
 fn dispersion_refracts_each_channel_by_its_own_index() {
     let (ior, dispersion, tilt, edge) = (1.5f32, 8.0f32, 1.0f32, -0.65f32);

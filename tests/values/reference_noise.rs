@@ -10,8 +10,9 @@ use twobounce::scene::{LoadOptions, Scene, Still};
 
 const SIZE: u32 = 96;
 
-/// Pixels of a tile share paths: the noise of two images changes as much across every column and row of pixels, although the
-/// first samples' tiles have their borders after each fourth one (1.9 times as much there if all samples' do).
+/// Pixels of a tile share paths: the noise of two images changes as much across every column and row of pixels,
+/// although the first samples' tiles have their borders after each fourth one (1.9 times as much there if all samples'
+/// do).
 #[test]
 fn noise_has_no_tiles() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/cornell-area.glb");

@@ -89,11 +89,13 @@ fn full_light_of_a_point() {
 /// Films of other seeds: their spread is a pixel's variance.
 const BATCHES: u64 = 16;
 const BATCH_SAMPLES: u32 = 16;
-/// Of 4,096 pixels a Student's t of 15 degrees of freedom leaves one beyond this in a hundred images: 0.01/4096 on both sides.
+/// Of 4,096 pixels a Student's t of 15 degrees of freedom leaves one beyond this in a hundred images: 0.01/4096 on both
+/// sides.
 const FAR: f64 = 7.0;
 /// Share of the pixels that must lie within [`FAR`].
 const SHARE: f64 = 0.9975;
-/// The most standard deviations of the mean z of all pixels: the truth's means are good to 0.1 %, which is up to 4 here.
+/// The most standard deviations of the mean z of all pixels: the truth's means are good to 0.1 %, which is up to 4
+/// here.
 const MEAN_FAR: f64 = 8.0;
 
 /// Share of the pixels within [`FAR`], and the sum of z over √pixels.

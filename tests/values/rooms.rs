@@ -1,5 +1,5 @@
-//! Modules import downwards: the rooms of `src/` and the folders of `src/vk/`, in the order that ARCHITECTURE.md states, and the
-//! files of `src/cli/` in no circle.
+//! Modules import only from lower ones: the rooms of `src/` and the folders of `src/vk/`, in the order that
+//! ARCHITECTURE.md states; the files of `src/cli/` have no cyclic imports.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -112,7 +112,8 @@ fn folders_of_vk_import_downwards() {
     }
 }
 
-/// Of `rooms`, each with what it imports: the circles, and what imports these. Rooms that import none of the rest go one by one.
+/// The cycles of `rooms`, each given with its imports, and the rooms that import them: rooms without imports among the
+/// rest are removed one by one.
 fn circles(mut rooms: BTreeMap<String, BTreeSet<String>>) -> BTreeSet<String> {
     loop {
         let known: BTreeSet<String> = rooms.keys().cloned().collect();

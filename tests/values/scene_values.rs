@@ -6,8 +6,8 @@ use twobounce::scene::analytic;
 use twobounce::scene::surface::{self, SurfacePoint, WorldFrame};
 use twobounce::scene::texture::{ColorSpace, MipChain, Textures, linear_from_srgb, srgb_from_linear};
 use twobounce::scene::{
-    Alpha, Animation, Bounds, Channel, Image, Interpolation, Material, Mesh, Mip, Projection, Property, Scene, Texture,
-    TextureRef, Transform, View, Wrap,
+    Alpha, Animation, Bounds, Channel, Interpolation, Material, Mesh, Mip, Projection, Property, Scene, Texture,
+    TextureImage, TextureRef, Transform, View, Wrap,
 };
 use twobounce::settings::{Method, Settings};
 
@@ -15,9 +15,9 @@ const TRILINEAR: Texture =
     Texture { image: 0, wrap: [Wrap::Repeat; 2], mag_linear: true, min_linear: true, mip: Mip::Linear };
 
 /// Grey values, opaque.
-fn grey(width: u32, height: u32, values: &[u8]) -> Image {
+fn grey(width: u32, height: u32, values: &[u8]) -> TextureImage {
     let rgba = values.iter().flat_map(|&v| [v, v, v, 255]).collect();
-    Image { name: String::new(), width, height, rgba }
+    TextureImage { name: String::new(), width, height, rgba }
 }
 
 #[test]
@@ -32,7 +32,7 @@ fn srgb_is_exact_for_every_byte() {
 
 #[test]
 fn mips_average_light_not_codes_and_alpha_linearly() {
-    let image = Image { name: String::new(), width: 2, height: 1, rgba: vec![0, 0, 0, 0, 255, 255, 255, 255] };
+    let image = TextureImage { name: String::new(), width: 2, height: 1, rgba: vec![0, 0, 0, 0, 255, 255, 255, 255] };
     // Half of the light has the sRGB code 188; half of the code is 128.
     assert_eq!(MipChain::new(&image, ColorSpace::Srgb).levels[1].rgba, [188, 188, 188, 128]);
     assert_eq!(MipChain::new(&image, ColorSpace::Linear).levels[1].rgba, [128; 4]);
@@ -113,12 +113,12 @@ fn textured(texels: &[[u8; 4]], make: impl Fn(&[TextureRef]) -> Material) -> (Sc
     let mut scene = Scene::empty("texels");
     let mut slots = Vec::new();
     for (i, texel) in texels.iter().enumerate() {
-        scene.images.push(Image { name: String::new(), width: 1, height: 1, rgba: texel.to_vec() });
+        scene.images.push(TextureImage { name: String::new(), width: 1, height: 1, rgba: texel.to_vec() });
         scene.textures.push(Texture { image: i, ..TRILINEAR });
         slots.push(TextureRef { texture: i, uv_set: 0, transform: Affine2::IDENTITY });
     }
     scene.add_material(make(&slots));
-    let textures = Textures::of(&scene, &scene.materials);
+    let textures = Textures::of_materials(&scene, &scene.materials);
     (scene, textures)
 }
 
@@ -276,7 +276,7 @@ fn scenes_tell_whether_they_have_light() {
     assert!(analytic::furnace(0.5, 1.0, false).has_light());
 }
 
-/// The longer way takes two thirds of the image, and its middle is the image's.
+/// The longer side takes two thirds of the image, and its middle is the image's.
 #[test]
 fn a_view_that_is_filled_is_filled_to_two_thirds() {
     let tall = [DVec3::new(1.0, 0.0, 2.0), DVec3::new(1.2, 5.0, 2.0), DVec3::new(0.7, 3.0, 1.0)];
@@ -326,7 +326,7 @@ fn the_grid_leaves_its_margin_about_the_longest_side() {
     // Eleven metres are eleven voxels of sixteen.
     assert!((grid.voxel_m - 1.0).abs() < 1e-12, "{}", grid.voxel_m);
     assert!((grid.corner - DVec3::new(-6.0, -0.5, -3.5)).length() < 1e-12, "{}", grid.corner);
-    // A cube that does not hold the scene: with rays a larger one does, which holds that one's voxels.
+    // A cube that does not hold the scene: with rays a larger cube does, which contains the first one's voxels.
     settings.grid.side = Some(8.0);
     let grid = Grid::place(bounds, &settings).expect("a grid");
     assert_eq!((grid.boxes, grid.voxel_m, grid.finest_m()), (1, 2.0, 0.5));

@@ -92,7 +92,7 @@ fn later_assignments_win_and_the_rest_stays() {
     assert_eq!(settings.of.cones.ledger, Settings::printed().of.cones.ledger);
 }
 
-/// Errors must name the mistake, with the key and what it takes or the nearest name.
+/// Errors must name the mistake, the key, and its allowed values or the nearest name.
 #[test]
 fn mistakes_name_the_key_and_the_remedy() {
     for (assignment, parts) in [
@@ -150,7 +150,7 @@ fn values_out_of_range_do_not_survive_toml() {
 }
 
 proptest! {
-    /// Every f32 and f64 comes back bit for bit, and no text makes it panic.
+    /// Every f32 and f64 is read back bit for bit, and no text causes a panic.
     #[test]
     fn numbers_survive_toml(start in 0.0_f32..64.0, side in 1e-6_f64..1e9, center in -1e9_f64..1e9) {
         let mut settings = Settings { method: twobounce::gi::Method::Cones, ..Settings::default() };

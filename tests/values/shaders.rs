@@ -1,5 +1,5 @@
 //! All shaders, without a device: the program gives every constant that they depend on, and every module that a preset
-//! makes of them is valid SPIR-V.
+//! specialises is valid SPIR-V.
 
 use std::collections::{BTreeMap, HashSet};
 use std::io::Write as _;
@@ -8,7 +8,7 @@ use std::sync::Mutex;
 
 use twobounce::gi::{Method, cones, lpv, photons, rays};
 use twobounce::ground::constants::{
-    DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, Features, LIT_ALIKE, LIT_EACH, constants, with,
+    DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, Features, LIT_EACH, LIT_GROUPED, constants, with,
 };
 use twobounce::renderer::method_of;
 use twobounce::settings::{PRESETS, Settings};
@@ -25,12 +25,12 @@ fn of_method(settings: &Settings) -> Vec<Constant> {
     }
 }
 
-/// Constants that single passes give beside the ground's and the method's, in one of three ways, and those of shaders
-/// that only tests run.
+/// Constants that single passes give beside the ground's and the method's, in one of three ways, and those of test
+/// shaders.
 fn of_passes(way: u32) -> Vec<Constant> {
     let mut added = vec![
         ("DIRECT", [DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ][way as usize].into()),
-        ("LIT", [LIT_EACH, LIT_ALIKE, LIT_ALIKE][way as usize].into()),
+        ("LIT", [LIT_EACH, LIT_GROUPED, LIT_GROUPED][way as usize].into()),
         ("BOXES", way.into()),
         ("BLENDED", (way % 2).into()),
         ("SAMPLES", [1u32, 4, 8][way as usize].into()),
@@ -111,8 +111,8 @@ fn objection(words: &[u32]) -> Option<String> {
     (!output.status.success()).then(|| String::from_utf8_lossy(&said).into_owned())
 }
 
-/// Each preset makes each shader in three ways: for a scene with no feature, with half of them and with all. The ways
-/// differ in the constants of passes too, and the last one counts. Every module that comes of it is validated once.
+/// Each preset specialises each shader in three ways: for a scene with no feature, with half of them and with all. The
+/// ways also differ in the constants of passes, and the last one counts. Every resulting module is validated once.
 #[test]
 fn presets_make_valid_modules() {
     let mut modules: BTreeMap<Vec<u32>, String> = BTreeMap::new();
@@ -158,7 +158,7 @@ fn modules_that_load_early_are_valid() {
     }
 }
 
-/// The validator finds an error that a wrong cut could leave.
+/// The validator finds an error that a wrong removal of code could leave.
 #[test]
 fn a_module_with_a_loose_end_is_not_valid() {
     let mut words = shader::specialized("test/copy.comp", &[]);
@@ -184,7 +184,7 @@ fn names_in(words: &[u32]) -> Vec<String> {
     names
 }
 
-/// Nothing of the counters is left in a shader that does not count, so frames do not pay for them.
+/// A shader that does not count contains nothing of the counters, so frames do not pay for them.
 #[test]
 fn shaders_that_do_not_count_have_no_counters() {
     let counts = |name: &str, counting: bool| {

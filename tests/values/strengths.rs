@@ -1,4 +1,5 @@
-//! `docs/notes/strengths.md` has a line of measurements per preset; what is measured for them is right where it is known.
+//! `docs/notes/strengths.md` has a line of measurements per preset, and the measurements are right where the value is
+//! known.
 
 #[path = "../../examples/pages/strengths.rs"]
 #[allow(dead_code)]
@@ -27,7 +28,8 @@ fn every_preset_is_measured() {
     }
 }
 
-/// The measure of leaks, where it is known: nothing blocks light in `lpv.occlusion = none`, and direct light alone does not leak.
+/// The measure of leaks, where it is known: nothing blocks light with `lpv.occlusion = none`, and direct light alone
+/// does not leak.
 #[test]
 fn leaks_are_found_and_walls_found_tight() {
     let context = Context::new(&ContextOptions { validation: true, ..Default::default() }).expect("a device");

@@ -1,4 +1,4 @@
-//! `suite/` is whole: scenes, cameras in numbers, references that fit each other, rows, pages and tables; and it is small.
+//! `suite/` is complete and small: scenes, cameras in numbers, references that fit each other, rows, pages and tables.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -48,7 +48,8 @@ fn cameras_in_numbers_are_those_of_the_files() {
     }
 }
 
-/// The small reference is the mean of the large one up to the rounding of the files' values, and each says how it was traced.
+/// The small reference is the mean of the large one up to the rounding of the files' values, and each states its trace
+/// settings.
 #[test]
 fn references_of_both_sides_are_one_image() {
     let suite = suite();

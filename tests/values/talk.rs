@@ -1,4 +1,5 @@
-//! `docs/notes/talk.md` names what is there, and its pictures are those that its example makes, but for what drivers round.
+//! `docs/notes/talk.md` names existing code, and its pictures equal those of its example within the rounding of
+//! drivers.
 
 use crate::pictures;
 
@@ -42,7 +43,7 @@ fn what_the_page_names_is_there() {
         }
     }
     assert!(files > 40, "{files}");
-    // The third column of the slides has rows of the ledger; S12 is what the slides do not hold.
+    // The third column of the slides has rows of the ledger; S12 is absent from the slides.
     let slides = page.lines().filter_map(cells).filter(|cells| cells.len() == 3);
     let named: BTreeSet<&str> = slides.flat_map(|cells| cells[2].split(' ')).filter(|id| *id != "ledger").collect();
     let named: BTreeSet<&str> = named.into_iter().filter(|id| !id.is_empty()).collect();
@@ -73,8 +74,8 @@ fn pictures_are_current() {
         }
         assert_eq!(kept.dimensions(), now.dimensions(), "{name}: {AGAIN}");
         let apart: u64 = kept.iter().zip(now.iter()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
-        // Drivers differ in filtering and in which pixels an edge covers. A mean over sixteen pixels that are clipped and encoded
-        // differs from one pixel of four samples along every edge.
+        // Drivers differ in filtering and in which pixels an edge covers. A mean over sixteen pixels that are clipped
+        // and encoded differs from one pixel of four samples along every edge.
         let mean = apart as f64 / kept.len() as f64;
         assert!(mean < if is_image { 3.0 } else { 1.0 }, "{name} is {mean:.2} of 255 off in the mean: {AGAIN}");
     }

@@ -1,7 +1,7 @@
 //! The twins themselves against values worked out by hand.
 
-mod alike {
-    use crate::twins::alike::*;
+mod item_groups {
+    use crate::twins::item_groups::*;
     use glam::*;
 
     #[test]
@@ -71,7 +71,7 @@ mod shade {
     fn a_surface_that_faces_x_shows_to_travellers_along_minus_x() {
         let facing = fill(&[WALL], Fill::Facing);
         assert_eq!(facing[3], RED.extend(1.0));
-        // From behind it is black and blocks; along its plane it is neither seen nor in the way.
+        // From behind it is black and blocks; along its plane it is neither visible nor an occluder.
         assert_eq!((facing[0], facing[1]), (Vec4::W, Vec4::ZERO));
         assert_eq!(fill(&[WALL], Fill::Coverage)[3], (0.5 * RED).extend(0.5));
         assert_eq!(fill(&[WALL], Fill::Uniform), [RED.extend(1.0); 7]);
@@ -188,7 +188,7 @@ mod voxelise {
             })
             .sum();
         let area = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).length() / 2.0;
-        // The tolerance pays for the touching voxels, which hold slivers thinner than the band.
+        // The tolerance covers the touching voxels, which hold slivers thinner than the band.
         assert!((sum - area).abs() < 1e-3 * area, "{sum} of {area}");
     }
 

@@ -10,7 +10,7 @@ from driver import Browser, nothing_is_wider_than, quiet
 
 HOME, TAB, LEFT, RIGHT = "\ue011", "\ue004", "\ue012", "\ue014"
 
-# Every point: its name and where it is in the viewport.
+# Every point: its name and its place in the viewport.
 POINTS = """
 document.querySelector('#chart').scrollIntoView({block: 'center'});
 return [...document.querySelectorAll('.point')].map((p) => {
@@ -22,7 +22,7 @@ PICTURES = "return ['image', 'reference', 'difference'].map((id) => document.get
 
 
 def wait_for(browser, script, what):
-    """Pictures are decoded a little after their source is set."""
+    """Waits, because pictures are decoded a little after their source is set."""
     end = time.monotonic() + 10
     while not browser.run(script):
         assert time.monotonic() < end, f"waited in vain: {what}"
@@ -116,7 +116,8 @@ def the_tooltip_follows(browser):
 
 
 def methods_differ(browser):
-    """By colour and by shape, in the drawing and in the legend, and by word for who sees neither."""
+    """Checks that methods differ by colour and shape, in the drawing and the legend, and in words for screen
+    readers."""
     looks = """return [...document.querySelectorAll('.point')].map((p) => {
       const d = p.querySelector('.dot');
       return [p.dataset.method, d.getAttribute('fill'), d.getAttribute('d'), p.getAttribute('aria-label')];

@@ -50,7 +50,7 @@ class Browser:
     def _request(self, method, path, body):
         data = None if body is None else json.dumps(body).encode()
         request = urllib.request.Request(self.url + path, data, {"Content-Type": "application/json"}, method=method)
-        # Not through a proxy: the driver is on this machine.
+        # No proxy, because the driver runs on this machine.
         opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
         try:
             with opener.open(request, timeout=60) as answer:
@@ -65,7 +65,7 @@ class Browser:
         self._post("/url", {"url": path.resolve().as_uri()})
 
     def run(self, script, *arguments):
-        """What the body of a function returns."""
+        """The return value of a function with this body."""
         return self._post("/execute/sync", {"script": script, "args": list(arguments)})
 
     def _act(self, source):
@@ -73,7 +73,7 @@ class Browser:
         self._request("DELETE", "/actions", None)
 
     def click(self, x, y, pointer="mouse"):
-        """At a place in the viewport, in CSS pixels."""
+        """Clicks at a place in the viewport, in CSS pixels."""
         self.drag([(x, y)], pointer)
 
     def drag(self, places, pointer="mouse"):
@@ -103,7 +103,7 @@ class Browser:
         self.devtools("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
 
     def screenshot(self, path):
-        """Of the viewport."""
+        """Saves the viewport as a PNG."""
         path.write_bytes(base64.b64decode(self._request("GET", "/screenshot", None)))
 
 

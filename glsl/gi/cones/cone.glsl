@@ -1,4 +1,4 @@
-// Cones through the volume. Positions and lengths in voxels; what comes back is stored radiance (× frame.scale),
+// Cones through the volume. Positions and lengths are in voxels; the result is stored radiance (× frame.scale),
 // premultiplied, and alpha. CPU twin: tests/twins/cone.rs.
 
 #include "common/count.glsl"
@@ -6,8 +6,8 @@
 #include "gi/cones/constants.glsl"
 
 const uint BLEND_SUM = 1u;
-const float NEARLY_OPAQUE = 0.995; // D18: what is left cannot change an 8-bit image
-const uint STEP_CAP = 2048u; // a hard shadow cone in steps of ⅓ crosses 256³ in 1331
+const float NEARLY_OPAQUE = 0.995; // D18: the remaining light cannot change an 8-bit image
+const uint STEP_CAP = 2048u; // a hard shadow cone crosses 256³ in 1331 steps of ⅓
 const float MAX_FACE_ALPHA = 0.9999; // keeps −ln(1 − α) finite
 
 vec3 direction_weights(vec3 d) {
@@ -25,7 +25,7 @@ vec4 correct_opacity(vec4 v, float ratio) {
     return a > 1e-6 ? v * (corrected / a) : v * ratio;
 }
 
-// The volume as seen along unit d, over one edge of the level that is read.
+// The volume as seen along unit d, over one edge of the sampled level.
 vec4 sample_directional(vec3 at, vec3 d, vec3 weights, float level) {
     Faces f = look_up_faces(at, d, level);
     if (WEIGHTS == WEIGHTS_EXTINCTION) {
@@ -43,30 +43,30 @@ vec4 sample_directional(vec3 at, vec3 d, vec3 weights, float level) {
     return mix_faces(f, weights);
 }
 
-// How far a ray goes until it leaves the cube; 0 if it never enters.
+// The distance at which a ray leaves the cube; 0 if it never enters.
 float exit_distance(vec3 from, vec3 d) {
     vec3 inverse = 1.0 / mix(d, vec3(1e-20), lessThan(abs(d), vec3(1e-20)));
     vec3 far = max(-from * inverse, (vec3(float(EDGE)) - from) * inverse);
     return max(min(far.x, min(far.y, far.z)), 0.0);
 }
 
-// Voxels across the cone at distance s. D17: printed compares the aperture, a ratio, with an edge of the volume, a
-// length.
+// Width of the cone in voxels at distance s. D17: the printed form compares the aperture, a ratio, with an edge of the
+// volume, a length.
 float cone_diameter(float aperture, float s) {
     return printed(17) ? max(0.5, max(1.0 / float(EDGE), 2.0 * aperture) * s) : max(1.0, 2.0 * aperture * s);
 }
 
-// A sum goes on until the last wall, cut by the border, is met whole.
+// With blend = sum a cone continues until it has met the whole last wall, which the border may cut.
 float cone_end(float end, float diameter) {
     return BLEND == BLEND_SUM ? end + 0.5 + min(cones.exit_margin * diameter, float(EDGE) / 8.0) : end;
 }
 
-// Travels along unit d from `from`, first look-up at `start`, aperture = tangent of the half angle.
-// `over`: front hides back. `sum`: alphas add up to 1: a full wall that is read every edge with linear filtering gives
-// alphas a and 1 − a, of which "over" loses a(1 − a), and the sum nothing.
+// Traces a cone along unit d from `from`; the first look-up is at `start`, and the aperture is the tangent of the half
+// angle. `over`: nearer samples hide farther ones. `sum`: alphas add up to 1. A full wall that is read at every edge
+// with linear filtering gives alphas a and 1 − a, of which "over" loses a(1 − a), and the sum nothing.
 vec4 trace_cone(vec3 from, vec3 d, float aperture, float start) {
     vec3 weights = direction_weights(d);
-    // D10, D11: printed to √2 edges with the border repeated, right to the exit.
+    // D10, D11: the printed form ends at √2 edges with the border repeated, the corrected one at the exit.
     float end = printed(10) ? 1.41421356237 * float(EDGE) : exit_distance(from, d);
     if (printed(10) && !printed(11)) {
         end = min(end, exit_distance(from, d));
@@ -94,7 +94,7 @@ vec4 trace_cone(vec3 from, vec3 d, float aperture, float start) {
     return max(sum, vec4(0.0));
 }
 
-// How much of a light `distance` away along unit d gets through, 0…1.
+// The share of light from `distance` away along unit d that reaches the point, 0…1.
 float trace_shadow_cone(
     vec3 from, vec3 d, float distance, float aperture, float start, float step_over_diameter, float end_bias) {
     vec3 weights = direction_weights(d);
@@ -111,7 +111,7 @@ float trace_shadow_cone(
         vec3 at = from + s * d;
         COUNT(SHADOW_STEPS, 1u);
         COUNT(VOLUME_TEXELS, printed(15) ? trilinear_texels(level) : 0u);
-        // D15: averaged over all sides, a wall's alpha halves with every level.
+        // D15: averaged over all sides, the alpha of a wall halves with every level.
         float a =
             printed(15) ? textureLod(volume_6, at / float(EDGE), level).a : sample_directional(at, d, weights, level).a;
         float advance = max(diameter, 1.0) * step_over_diameter;

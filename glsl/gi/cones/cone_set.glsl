@@ -1,12 +1,12 @@
-// The talk's sets of diffuse cones about +z (listings of BeRo and urs, CC0), cosine-distributed ones of any number, and
-// what turns them about a normal.
+// The talk's sets of diffuse cones about +z (listings of BeRo and urs, CC0), cosine-distributed ones of any size, and
+// their rotation to a normal.
 
 #include "common/directions.glsl"
 #include "gi/cones/constants.glsl"
 
 struct Cone {
     vec3 direction;
-    float weight; // the set's weights sum to 1: the sum over cones is E/π
+    float weight; // weights of a set sum to 1: the sum over cones is E/π
     float aperture; // tangent of the half angle
 };
 
@@ -24,7 +24,8 @@ const vec3 SET_16[16] = vec3[16](vec3(0.898904, 0.435512, 0.0479745), vec3(0.898
     vec3(-0.57735, 0.57735, 0.57735), vec3(-0.57735, -0.57735, 0.57735));
 const float SUM_OF_COSINES_16 = 4.0 * (0.0479745 + 0.435512 + 0.898904 + 0.57735);
 
-// `shift`: where within its share of the set a direction lies; (0.5, 0) is its middle. Of the talk's sets only turned.
+// `shift` is the position of a direction within its share of the set; (0.5, 0) is the middle. The talk's sets only
+// rotate.
 Cone cone_set(uint i, vec2 shift) {
     if (CONE_SET == 0u) {
         return Cone(vec3(0.0, 0.0, 1.0), 1.0, 2.0);
@@ -42,7 +43,7 @@ Cone cone_set(uint i, vec2 shift) {
         if (i == 0u) {
             return Cone(vec3(0.0, 0.0, 1.0), 1.0 / total, 0.5);
         }
-        // D6: the side cones are written about y; as printed, two of them point below the surface.
+        // D6: the side cones are given about y; as printed, two of them point below the surface.
         vec3 side = normalize(SIDES_6A[i - 1u]);
         return Cone(printed(6) ? side : side.xzy, 0.607 / total, 0.549092);
     }
@@ -53,11 +54,11 @@ Cone cone_set(uint i, vec2 shift) {
         return Cone(cosine_direction(i, CONE_COUNT, shift), 1.0 / float(CONE_COUNT), cosine_aperture(CONE_COUNT));
     }
     vec3 d = normalize(SET_16[i]);
-    // D26: sixteen directions spread evenly need the cosine in their weights.
+    // D26: sixteen evenly spread directions need the cosine in their weights.
     return Cone(d, printed(26) ? 1.0 / 16.0 : d.z / SUM_OF_COSINES_16, 0.3141595);
 }
 
-// D22: the printed frame jumps along |n.y| = |n.z|.
+// D22: the printed frame is discontinuous at |n.y| = |n.z|.
 mat3 talk_frame(vec3 n) {
     if (!printed(22)) {
         return tangent_frame(n);
@@ -70,7 +71,7 @@ mat3 talk_frame(vec3 n) {
     return mat3(tangent, bitangent, n);
 }
 
-// Turns by `turn` about a unit axis (Rodrigues). D7: printed as the transpose. D8: printed with `turn` used as radians.
+// Rotates by `turn` about a unit axis (Rodrigues). D7: printed as the transpose. D8: printed with `turn` as radians.
 mat3 jitter_rotation(vec3 axis, float turn) {
     float angle = printed(8) ? turn : 2.0 * PI * turn;
     float s = sin(angle);

@@ -1,4 +1,4 @@
-// Constants and uniform block of the method `cones`; src/gi/cones/constants.rs and layout.rs are their twins.
+// Constants and uniform block of the method `cones`. Twins: constants.rs and layout.rs in src/gi/cones.
 
 #include "ground/constants.glsl"
 #include "ground/faces/fill_kinds.glsl"
@@ -10,7 +10,7 @@ layout(constant_id) const uint WEIGHTS = 0u;
 layout(constant_id) const uint BLEND = 0u; // 0: over, 1: sum
 layout(constant_id) const uint ROUGHNESS_FIT = 0u;
 layout(constant_id) const uint PRINTED = 0u; // bit k: row Dk of the ledger as printed
-// Bit 0: the diffuse cones turn from place to place, bit 1: shadow cones start at places of their own.
+// Bit 0: the diffuse cones rotate from place to place. Bit 1: shadow cones start at different distances.
 layout(constant_id) const uint JITTER = 0u;
 
 const uint COSINE_SETS = 5u;
@@ -36,11 +36,11 @@ struct Cones {
     float shadow_start_normal;
     float shadow_start_along;
     float shadow_end;
-    float shadow_step; // over the diameter
-    float shadow_aperture; // tangent of the half angle; negative: from the light's radius
-    float step; // over the diameter
-    float aperture; // what the diffuse set's apertures are multiplied with
-    float exit_margin; // diameters that a sum goes on beyond the border
+    float shadow_step; // as a multiple of the diameter
+    float shadow_aperture; // tangent of the half angle; negative: computed from the light's radius
+    float step; // as a multiple of the diameter
+    float aperture; // factor of the diffuse set's apertures
+    float exit_margin; // diameters by which a sum continues beyond the border
 };
 
 layout(scalar) readonly buffer ConesBuffer { Cones cones; };

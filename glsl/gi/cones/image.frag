@@ -4,9 +4,9 @@
 //! with GATHERED
 //! with AOVS
 //! with MULTISAMPLED
-// Image: shades an opaque triangle's pixels as they are drawn, as the talk does.
+// Image: shades the pixels of an opaque triangle while it is drawn, as the talk does.
 
-layout(early_fragment_tests) in; // depth is there already
+layout(early_fragment_tests) in; // depth was drawn before
 
 layout(push_constant) uniform Push {
     uint first_row; // of the image, at the top of this band
@@ -31,7 +31,7 @@ layout(location = 1) flat in uint in_back;
 void main() {
     uvec2 at = uvec2(gl_FragCoord.xy);
     uint id = 1u + 2u * in_triangle + in_back;
-    // The samples that see the triangle. llvmpipe's own mask of them lacks some beside the border of a scissor.
+    // The samples that see the triangle. llvmpipe's own mask lacks some at the border of a scissor.
     uint covered = 0u;
     for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
         covered |= seen_by(at, i) == id ? 1u << i : 0u;

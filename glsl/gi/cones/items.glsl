@@ -1,4 +1,4 @@
-// How the method `cones` lights list items.
+// The lighting of list items by the method `cones`.
 
 #include "gi/cones/constants.glsl"
 

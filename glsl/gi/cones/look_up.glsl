@@ -1,4 +1,4 @@
-// Method `cones`: voxel cone tracing, as in the talk. Cones through the last volume that was filled.
+// Method `cones`: voxel cone tracing as in the talk, with cones through the last volume that was filled.
 
 #include "common/jitter.glsl"
 #include "ground/interleave.glsl"
@@ -15,7 +15,7 @@ const bool FINDS_LAMPS = false;
 
 #define METHOD_SHADOWS
 
-// A narrow cone to the light: soft, leaky.
+// Traces a narrow cone to the light, whose shadow is soft and leaks.
 float method_shadow(Light light, LightSample to, vec3 position, vec3 normal) {
     vec3 from = position + normal * cones.shadow_start_normal;
     bool far = is_far(light);
@@ -27,7 +27,7 @@ float method_shadow(Light light, LightSample to, vec3 position, vec3 normal) {
                                                   : light.radius / distance;
     float start = cones.shadow_start_along;
     if ((JITTER & 2u) != 0u) {
-        // A share of the step that a cone of one voxel takes, by place, side, light, time and pass over the image (D9).
+        // A share of the step of a cone of one voxel, by place, side, light, time and pass over the image (D9).
         uvec3 place = floatBitsToUint(position) ^ floatBitsToUint(normal)
             ^ floatBitsToUint(far ? light.direction : light.position);
         start += cones.shadow_step * fract(jitter_hash(uvec4(place, frame.turn)) + pass_shift().x);
@@ -49,19 +49,19 @@ vec4 gather_diffuse(vec3 position, vec3 normal, uvec3 place) {
     for (uint i = 0u; i < CONE_COUNT; i++) {
         Cone cone = cone_set(i, shift);
         vec3 d = basis * cone.direction;
-        // The offset moves where the cone looks, and not how wide it is there.
+        // The offset moves the cone's samples, but not their width.
         vec4 seen =
             trace_cone(from + cones.diffuse_offset * d, d, cone.aperture * cones.aperture, cones.diffuse_start_along);
         float open = 1.0 - min(seen.a, 1.0);
         float share =
             max(cone.aperture * cones.aperture, share_aperture(CONE_COUNT * INTERLEAVE * INTERLEAVE, cone.direction.z));
-        // D21: printed drops alpha, and the sky with it.
+        // D21: the printed form drops alpha, and with it the sky.
         sum += cone.weight * vec4(printed(21) ? seen.rgb : seen.rgb + open * sky_about(d, share, 0.0), open);
     }
     return sum;
 }
 
-// `bright`: as for sky_about.
+// `bright` is as for sky_about.
 vec3 gather_along(vec3 from, vec3 d, float aperture, float start, float bright) {
     vec4 seen = trace_cone(from, d, aperture, start);
     return printed(21) ? seen.rgb : seen.rgb + (1.0 - min(seen.a, 1.0)) * sky_about(d, aperture, bright);
@@ -74,7 +74,7 @@ vec3 gather_specular(Surface s, vec3 direction, float bright) {
 
 vec3 gather_refraction(Surface s, vec3 incident, bool back) {
     vec3 d = refraction_direction(incident, s.normal, s.ior, back, s.thickness_m <= 0.0);
-    // D23: printed starts outside the surface that it enters. Total reflection stays on its own side.
+    // D23: the printed form starts outside the surface that it enters. Total reflection stays on its side.
     float side = printed(23) || dot(d, s.normal) > 0.0 ? 1.0 : -1.0;
     return gather_along(s.position + side * s.normal * cones.refraction_start_normal, d,
         roughness_to_aperture(s.roughness), cones.refraction_start_along, 1.0);

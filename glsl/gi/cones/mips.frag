@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Mips, layered form, as in the talk: a fragment per cell of the whole level, a layer per slice.
+// Mips in layered form, as in the talk: a fragment per cell of the whole level, a layer per slice.
 
 #include "gi/cones/talk_mips.glsl"
 

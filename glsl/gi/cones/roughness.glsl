@@ -1,5 +1,5 @@
-// The talk's three maps from roughness to the tangent of a specular cone's half angle (D25: they disagree; all are
-// kept), and one that is derived from GGX. CPU twin: tests/twins/directions.rs.
+// The talk's three maps from roughness to the tangent of a specular cone's half angle (D25: they disagree, so all are
+// kept), and one derived from GGX. CPU twin: tests/twins/directions.rs.
 
 #include "common/lobe.glsl"
 #include "gi/cones/constants.glsl"

@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with LOOK_UP
-// Shading, layered form, as in the talk: a fragment per voxel of the whole grid, a layer per slice. With LOOK_UP it
-// gathers from the volume of the bounce before; without, nothing of one is even bound.
+// Shading in layered form, as in the talk: a fragment per voxel of the whole grid, a layer per slice. With LOOK_UP it
+// gathers from the volume of the previous bounce; without, no volume is bound.
 
 #include "gi/cones/shade_voxel.glsl"
 

@@ -1,4 +1,4 @@
-// A voxel's seven faces: all of its list, lit item by item.
+// The seven values of a voxel, from all lit items of its list.
 
 #include "gi/cones/items.glsl"
 #include "ground/item_light.glsl"

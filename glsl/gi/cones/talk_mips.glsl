@@ -1,4 +1,4 @@
-// The mips as the talk prints them, where the ledger says so.
+// The mips as printed in the talk, for rows of the ledger in their printed form.
 
 #include "gi/cones/constants.glsl"
 #include "ground/faces/mips.glsl"

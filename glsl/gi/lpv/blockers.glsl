@@ -1,10 +1,10 @@
-// Areas that block light in a cell: those of the surfaces that look along +x +y +z −x −y −z (doubleSided ones look both
-// ways), projected along the axes and over a face, at most 1; and the zeroth band of blocking in two bands.
+// Blocking areas in a cell: those of surfaces that face +x +y +z −x −y −z (double-sided ones face both ways), projected
+// along the axes over the area of a face, at most 1; and the zeroth band of blocking in two bands.
 
 struct Blockers {
-    vec3 up; // looks along +x +y +z
+    vec3 up; // surfaces that face +x +y +z
     vec3 down;
-    float even; // ¼ of the area of one-sided surfaces, ½ of doubleSided ones
+    float even; // ¼ of the area of one-sided surfaces, ½ of double-sided ones
 };
 
 uvec4 pack_blockers(Blockers b) {
@@ -18,7 +18,7 @@ Blockers unpack_blockers(uvec4 packed) {
         uintBitsToFloat(packed.w));
 }
 
-// Shares that pass into a cell, travelling along +x +y +z and −x −y −z.
+// Shares of light that pass into a cell, travelling along +x +y +z and −x −y −z.
 struct Passage {
     vec3 up;
     vec3 down;
@@ -33,7 +33,7 @@ Passage unpack_passage(uvec3 packed) {
     return Passage(vec3(unpackUnorm2x16(packed.x), middle.x), vec3(middle.y, unpackUnorm2x16(packed.z)));
 }
 
-// Along an axis, whatever way the surface looks.
+// The blocking along an axis, for surfaces facing either way.
 vec3 across(Blockers b) {
     return max(b.up, b.down);
 }

@@ -2,19 +2,19 @@
 
 #include "ground/constants.glsl"
 
-layout(constant_id) const uint LPV_EDGE = 32u; // of each of its grids, cells
+layout(constant_id) const uint LPV_EDGE = 32u; // cells along the edge of each grid
 layout(constant_id) const uint CASCADES = 1u;
-layout(constant_id) const uint LOBE = 2u; // how a cell's light is spread over directions
+layout(constant_id) const uint LOBE = 2u; // distribution of a cell's light over directions
 layout(constant_id) const uint OCCLUSION = 2u;
-layout(constant_id) const uint SUM = 1u; // where the light of all steps is added up
+layout(constant_id) const uint SUM = 1u; // where the light of all steps is summed
 layout(constant_id) const uint INJECTION = 1u; // where a surface's light starts
-layout(constant_id) const uint APPLY = 1u; // how irradiance is read
+layout(constant_id) const uint APPLY = 1u; // how irradiance is computed
 layout(constant_id) const float SHARPNESS = 0.5; // mean cosine of the narrowest beam
 layout(constant_id) const bool FIRST_STEP = false; // of propagation
 
-const uint LOBE_COSINE = 0u; // 1 + 2 cos θ, the clamped cosine in two bands: negative behind, where it is cut off
+const uint LOBE_COSINE = 0u; // 1 + 2 cos θ, the clamped cosine in two bands, which is cut off behind
 const uint LOBE_COSINE_PI = 1u; // the cosine, with the coefficients of integral π that the source's author published
-const uint LOBE_BEAM = 2u; // as narrow as the light in the cell
+const uint LOBE_BEAM = 2u; // as narrow as the light of the cell
 const uint OCCLUSION_NONE = 0u;
 const uint OCCLUSION_SH = 1u;
 const uint OCCLUSION_SHEETS = 2u;

@@ -1,6 +1,6 @@
-// Light that travels through a cell, in two bands: towards unit ω it sends the intensity (flux + x ω.x + y ω.y + z ω.z)
-// / 4π. In the source's coefficients, flux = 2 √π c₀, and x = −√(12 π) c₃ (y and z alike). CPU twin:
-// tests/twins/propagation.rs. rgb: stored radiance × area of a cell's face; a: the same of a sky of radiance 1.
+// Light that travels through a cell, in two bands: its intensity along unit ω is (flux + x ω.x + y ω.y + z ω.z) / 4π.
+// In the source's coefficients, flux = 2 √π c₀, and x = −√(12 π) c₃ (y and z likewise). CPU twin:
+// tests/twins/propagation.rs. rgb is stored radiance × area of a cell's face, and a the same for a sky of radiance 1.
 
 #include "gi/lpv/constants.glsl"
 
@@ -33,22 +33,22 @@ vec4 moment_along(Field f, vec3 direction) {
     return f.x * direction.x + f.y * direction.y + f.z * direction.z;
 }
 
-// Shares of the sphere that the next cell's faces take, seen from this one's centre: the opposite one, and each at the
-// side (Doghramachi's listing 7.3: 22.95668 and 24.26083 of 720). The five of six cells make up the sphere.
+// Shares of the sphere that the next cell's faces cover, seen from this cell's centre: the opposite face, and each side
+// face (Doghramachi's listing 7.3: 22.95668 and 24.26083 of 720). The five faces of six cells cover the sphere.
 const float OPPOSITE = 22.95668 / 720.0;
 const float SIDE = 24.26083 / 720.0;
-// The direction to the middle of a face at the side: its parts along and across the way.
+// The direction to the middle of a side face: its parts along and across the direction of travel.
 const float SIDE_ALONG = 0.894427191;
 const float SIDE_ACROSS = 0.447213595;
-// Share of the moment along the way that crosses into the next cell; of the flux it is a sixth.
+// The share of the moment along the direction of travel that crosses into the next cell; for the flux it is a sixth.
 const float CROSSING = OPPOSITE + 4.0 * SIDE * SIDE_ALONG;
 
-// Flux into the next cell along a unit direction of travel, where nothing is cut off.
+// Flux into the next cell along a unit direction of travel, without clamping.
 vec4 crossing(Field f, vec3 direction) {
     return f.flux / 6.0 + CROSSING * moment_along(f, direction);
 }
 
-// Light of radiance 1 from all sides, as it adds up over all steps: every face sends π of it.
+// Light of radiance 1 from all sides, summed over all steps: every face receives π of it.
 const float EVEN_FLUX = 6.0 * 3.14159265358979;
 
 uint cell_index(ivec3 cell) {

@@ -2,9 +2,9 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with BEAMS
-// Virtual point lights: what the surfaces of a cell's list send becomes the light that starts there, or, with
-// INJECTION_FRONT, in the cell in front of them: a light in its surface's own cell would light, and be blocked by, that
-// surface. A thread per cell collects, so that the sums have no order. Also what blocks light in the cell.
+// Virtual point lights: the light of the surfaces in a cell's list starts in that cell or, with INJECTION_FRONT, in the
+// cell in front of them, because light in a surface's own cell would light that surface and be blocked by it. A thread
+// per cell collects the light, so that sums have a fixed order. It also collects the blocking areas of the cell.
 
 #include "gi/lpv/constants.glsl"
 #include "common/count.glsl"
@@ -48,7 +48,7 @@ void collect(inout Collected sum, vec3 sent, vec3 n) {
     fixed_add(sum.z, f.z);
 }
 
-// Adds the light that the list of `cell` sends along `way`; all that it sends where `way` is 0.
+// Adds the light that the list of `cell` sends along `way`; all of its light if `way` is 0.
 void collect_list(inout Collected sum, ivec3 cell, ivec3 way) {
     uint item = grid_heads[cell_index(cell)];
     COUNT(HEADS, 1u);
@@ -122,7 +122,7 @@ void main() {
     }
     blockers[push.cascade * CELLS_PER_GRID + index] = pack_blockers(here);
 #ifdef BEAMS
-    // The mean cosine of two bands is a third of their moment: 2/3 of a clamped cosine.
+    // The mean cosine of two bands is a third of their moment: 2/3 for a clamped cosine.
     Beam beam = Beam(started.flux, vec3(beam_weight(started.x), beam_weight(started.y), beam_weight(started.z)) / 3.0);
     store_new(cell, kept_beam(beam, aim_of(beam)));
 #else

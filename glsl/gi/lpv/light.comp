@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with LOOK_UP
-// Lights the items of a grid's own lists; with LOOK_UP also by what the propagation before left.
+// Lights the items of a grid's own lists; with LOOK_UP also by the result of the previous propagation.
 
 #include "gi/lpv/constants.glsl"
 

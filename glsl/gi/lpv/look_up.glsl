@@ -1,4 +1,4 @@
-// Method `lpv`: what the propagation added up in the cells around.
+// Method `lpv`: looks up the summed light in the cells around a point.
 
 #include "common/lobe.glsl"
 #include "common/refraction.glsl"
@@ -13,9 +13,9 @@ const bool FINDS_LAMPS = false;
 
 layout(scalar) readonly buffer BlockersBuffer { uvec4 blockers[]; };
 layout(scalar) readonly buffer CascadePlaces { vec4 cascades[]; }; // cells = voxels · w + xyz
-uniform sampler3D sums[6]; // the grids one above the other
+uniform sampler3D sums[6]; // the grids stacked along z
 
-// With beams: what was sent along +x +y +z −x −y −z; else the four parts of a Field.
+// With beams: the light sent along +x +y +z −x −y −z; otherwise the four parts of a Field.
 struct Found {
     vec4 parts[6];
 };
@@ -24,7 +24,7 @@ Found nothing_found() {
     return Found(vec4[6](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0)));
 }
 
-// `weight`: of the colours, and of the sky's share.
+// `weight` applies to the colours and to the sky's share.
 void add_found(inout Found sum, Found f, vec4 weight) {
     for (int k = 0; k < 6; k++) {
         sum.parts[k] += weight * f.parts[k];
@@ -45,8 +45,8 @@ Found found_in(uint cascade, ivec3 cell) {
     return f;
 }
 
-// Linear between the cells around `at`. With APPLY_FLUX those that a surface like this one fills are left out: behind
-// it there is other light. `n`: of the surface.
+// Linear interpolation between the cells around `at`. With APPLY_FLUX, cells filled by a surface like this one are left
+// out, because they hold the light behind it. `n` is the surface's normal.
 Found found_around(uint cascade, vec3 at, vec3 n) {
     ivec3 corner = ivec3(floor(at - 0.5));
     vec3 part = at - 0.5 - vec3(corner);
@@ -59,7 +59,7 @@ Found found_around(uint cascade, vec3 at, vec3 n) {
         if (APPLY == APPLY_FLUX) {
             ivec3 cell = clamp(corner + step, ivec3(0), ivec3(LPV_EDGE - 1u));
             float blocked = dot(n * n, across(unpack_blockers(blockers[cascade * CELLS_PER_GRID + cell_index(cell)])));
-            weights[k] *= max(1.0 - blocked, 1e-4); // where all are filled, they count alike
+            weights[k] *= max(1.0 - blocked, 1e-4); // if all are filled, they count equally
             open += weights[k];
         }
     }
@@ -73,18 +73,19 @@ Found found_around(uint cascade, vec3 at, vec3 n) {
     return sum;
 }
 
-// Cells that one of the grids keeps off its border, and over which the next coarser one takes over.
+// The number of cells by which look-ups stay away from a grid's border, and over which the next coarser grid is blended
+// in.
 const float BLENDED_CELLS = 2.0;
 
-// Share of the light a cell off a facet that no surface keeps from it. Without this a wall of two sheets within a cell
-// would mirror what comes to it twice: both sheets find the light of the room before them.
+// The share of the light in a cell off a facet that no surface blocks. Without this, a wall of two sheets within a cell
+// would reflect incoming light twice, because both sheets find the light of the room in front of them.
 vec4 free_before(vec3 position, vec3 facet, float cell) {
     vec3 free = APPLY == APPLY_FLUX ? trace_shadow_ray(ray_start(position, facet, facet), facet, cell) : vec3(1.0);
     return vec4(free, brightest(free));
 }
 
-// Light that travels in front of a surface: a cell off its facet, where its own cells are left out, or half a cell off
-// along its shading normal: a buffer of perturbed normals knows no facet.
+// Light that travels in front of a surface: one cell off its facet, without cells that it fills, or half a cell off
+// along its shading normal (a buffer of perturbed normals has no facets).
 Found found_before(vec3 position, vec3 facet, vec3 normal) {
     vec3 off = APPLY == APPLY_FLUX ? facet : 0.5 * normal;
     Found sum = nothing_found();
@@ -107,15 +108,15 @@ Field as_field(Found f) {
     return Field(f.parts[0], f.parts[1], f.parts[2], f.parts[3]);
 }
 
-// Light that was sent along −d, interpolated between the axes by the squares of d's parts.
+// Light that was sent along −d, interpolated between the axes by the squares of d's components.
 vec4 sent_against(Found f, vec3 d) {
     return d.x * d.x * (d.x > 0.0 ? f.parts[3] : f.parts[0]) + d.y * d.y * (d.y > 0.0 ? f.parts[4] : f.parts[1])
         + d.z * d.z * (d.z > 0.0 ? f.parts[5] : f.parts[2]);
 }
 
-// Irradiance of a surface with that normal. Flux: what crosses a face that looks that way, which is right in light from
-// all sides and conserves what propagation conserves. SH: two bands against the clamped cosine, over a face: 1.5 times
-// too much in light from all sides, for a cube's mean projected area is 1.5 faces.
+// Irradiance of a surface with that normal. Flux: the light that crosses a face of that orientation, which is exact for
+// uniform light and conserves energy. SH: two bands times the clamped cosine, over a face, which is 1.5 times too much
+// for uniform light, because the mean projected area of a cube is 1.5 faces.
 vec4 irradiance_of(Found f, vec3 normal) {
     if (LOBE == LOBE_BEAM) {
         return sent_against(f, normal);
@@ -125,7 +126,7 @@ vec4 irradiance_of(Found f, vec3 normal) {
         vec4(0.0));
 }
 
-// Radiance seen along unit d, with the same irradiance in light from all sides.
+// Radiance along unit d, with the same irradiance under uniform light.
 vec4 radiance_along(Found f, vec3 d) {
     if (LOBE == LOBE_BEAM) {
         return sent_against(f, d) / PI;
@@ -136,8 +137,7 @@ vec4 radiance_along(Found f, vec3 d) {
         vec4(0.0));
 }
 
-// The share of the sky that was found is taken to come from about d, as wide as the lobe is. `bright`: as for
-// sky_about.
+// The found share of the sky is assumed to come from around d, as wide as the lobe. `bright` is as for sky_about.
 vec3 with_sky(vec4 found, Surface s, vec3 d, float bright) {
     return found.rgb + found.a * sky_about(d, ggx_aperture(s.roughness), bright);
 }
@@ -145,14 +145,14 @@ vec3 with_sky(vec4 found, Surface s, vec3 d, float bright) {
 vec4 look_up_diffuse(Surface s, uvec3 place) {
     vec4 found = irradiance_of(found_before(s.position, s.facet, s.normal), s.normal) / PI;
     found.a = min(found.a, 1.0);
-    return vec4(found.rgb + found.a * sky_over(s.normal), found.a); // from all around
+    return vec4(found.rgb + found.a * sky_over(s.normal), found.a); // from all directions
 }
 
 vec3 look_up_specular(Surface s) {
     return with_sky(radiance_along(found_before(s.position, s.facet, s.normal), s.normal), s, s.normal, 0.0);
 }
 
-// Six directions, or two bands, are all that there is: a mirror shows no more of a room than where it is bright.
+// There are only six directions or two bands, so a mirror only shows where a room is bright.
 void add_glossy(inout Outgoing sent, Surface s, Viewed v) {
     if (feature(FEATURE_SPECULAR) && any(greaterThan(v.lobes.specular, vec3(0.0)))) {
         vec3 d = mirrored(s, v.view);

@@ -1,4 +1,4 @@
-// The beams that travel on, to be written.
+// The beams of the next step, for writing.
 
 #include "gi/lpv/beams.glsl"
 

@@ -1,4 +1,4 @@
-// The light that travels on, to be written.
+// The light of the next step, for writing.
 
 #include "gi/lpv/field.glsl"
 

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// The shares of light that pass into each cell from its six neighbours. A cell's light is in front of what stands in
-// it: it is blocked where it would leave through a surface's front, and where it would come into a cell through a
-// surface, from either side.
+// The shares of light that pass into each cell from its six neighbours. The light of a cell is in front of the surfaces
+// in it: it is blocked on leaving through the front of a surface, and on entering a cell through a surface from either
+// side.
 
 #include "gi/lpv/constants.glsl"
 #include "gi/lpv/field.glsl"

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// One step of propagation in lobes: every cell gathers, from its six neighbours, what they send onto the five of its
-// faces that they see, and sends it on as lobes about these faces' directions (Doghramachi, GPU Pro 4, listing 7.3).
-// CPU twin: tests/twins/propagation.rs.
+// One step of propagation in lobes: every cell gathers the light that its six neighbours send to five of its faces, and
+// sends it on as lobes about the directions of these faces (Doghramachi, GPU Pro 4, listing 7.3). CPU twin:
+// tests/twins/propagation.rs.
 
 #include "gi/lpv/constants.glsl"
 #include "common/count.glsl"
@@ -18,7 +18,7 @@ layout(scalar) readonly buffer CascadePlaces { vec4 cascades[]; };
 layout(scalar) readonly buffer Passages { uvec3 passages[]; };
 uniform sampler3D old_light[4];
 #include "gi/lpv/new_light.glsl"
-layout(rgba32f) uniform image3D sums[4]; // the grids one above the other
+layout(rgba32f) uniform image3D sums[4]; // the grids stacked along z
 
 Field light_in(ivec3 cell) {
     return Field(texelFetch(old_light[0], cell, 0), texelFetch(old_light[1], cell, 0),
@@ -33,8 +33,7 @@ ivec3 in_sums(ivec3 cell, uint cascade) {
     return cell + ivec3(0, 0, cascade * LPV_EDGE);
 }
 
-// Light that comes in from beyond the border, once, as it adds up over all steps: the next coarser grid's sum, or the
-// sky.
+// Light that enters from beyond the border, once, summed over all steps: that of the next coarser grid, or the sky.
 Field light_outside(ivec3 cell) {
     if (push.cascade + 1u == CASCADES) {
         return Field(vec4(0.0, 0.0, 0.0, EVEN_FLUX), vec4(0.0), vec4(0.0), vec4(0.0));
@@ -45,8 +44,8 @@ Field light_outside(ivec3 cell) {
     return sum_in(in_sums(there, push.cascade + 1u));
 }
 
-// Share that the surfaces between two cells let pass towards a direction, in two bands: even part, then the parts along
-// the axes.
+// The share that the surfaces between two cells let pass in a direction, in two bands: the even part, then the parts
+// along the axes.
 float passes(vec4 occluder, float x, float y, float z) {
     return OCCLUSION == OCCLUSION_SH
         ? 1.0 - clamp(occluder.x + occluder.y * x + occluder.z * y + occluder.w * z, 0.0, 1.0)
@@ -57,10 +56,11 @@ vec4 at_least_none(vec4 intensity) {
     return max(intensity, vec4(0.0));
 }
 
-// Of what meets a face, the share that it sends on: its lobe has the integral 4π, or π, and Ω is divided by 4π.
+// The share of light at a face that is sent on: its lobe has the integral 4π, or π, divided by 4π.
 const float SENT_ON = LOBE == LOBE_COSINE_PI ? 0.25 : 1.0;
 
-// A neighbour's light onto five faces, and what they send on. Here and in the result x is the way, y and z are across.
+// A neighbour's light on five faces, and the light that they send on. Here and in the result, x is along the direction
+// of travel.
 Field spread(Field f, vec4 occluder) {
     vec4 ahead = f.flux + SIDE_ALONG * f.x;
     vec4 y = SIDE_ACROSS * f.y;
@@ -75,8 +75,8 @@ Field spread(Field f, vec4 occluder) {
         SENT_ON);
 }
 
-// The neighbour's light. What comes in from beyond the border does so in the first step, which has a pipeline of its
-// own: a CPU device goes through both sides of every branch.
+// The light of the neighbour. Light from beyond the border enters in the first step, which has its own pipeline,
+// because a CPU device executes both sides of every branch.
 Field neighbour(ivec3 cell) {
     Field f = light_in(clamp(cell, ivec3(0), ivec3(LPV_EDGE - 1u)));
     if (!in_volume(cell)) {
@@ -93,17 +93,17 @@ Blockers blockers_in(ivec3 cell) {
         blockers[push.cascade * CELLS_PER_GRID + cell_index(clamp(cell, ivec3(0), ivec3(LPV_EDGE - 1u)))]);
 }
 
-// In two bands: the mean of both cells' surfaces, half a cell off along the way. One-sided ones block what meets their
-// front.
+// In two bands: the mean of the surfaces of both cells, half a cell off along the direction of travel. One-sided
+// surfaces block light that meets their front.
 vec4 occluder(Blockers here, ivec3 from) {
     if (OCCLUSION != OCCLUSION_SH || FIRST_STEP) {
-        return vec4(0.0); // the first step is not blocked: with `cell` a light would be by its own surface
+        return vec4(0.0); // no blocking: with INJECTION_CELL, its own surface would block light
     }
     Blockers there = blockers_in(from);
     return vec4(here.even + there.even, here.down - here.up + there.down - there.up) * vec4(0.5, vec3(0.25));
 }
 
-// From three neighbours: light that travels upwards along the axes, or downwards.
+// Light from three neighbours: that which travels upwards along the axes, or downwards.
 void gather(inout Field sum, ivec3 cell, Blockers here, int sign, vec3 open) {
     float s = float(sign);
     Field x = neighbour(cell - ivec3(sign, 0, 0));

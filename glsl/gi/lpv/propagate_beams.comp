@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// One step of propagation, with a beam in each cell: every cell gathers what its six neighbours send to it, and shares
-// it out among them for the next step. What it sends each of them adds up. CPU twin: tests/twins/propagation.rs.
+// One step of propagation with a beam in each cell: every cell gathers the light that its six neighbours send, and
+// distributes it among them for the next step. The light sent to each is summed. CPU twin: tests/twins/propagation.rs.
 
 #include "gi/lpv/constants.glsl"
 #include "common/count.glsl"
@@ -11,14 +11,14 @@
 #include "gi/lpv/blockers.glsl"
 #include "gi/lpv/push.glsl"
 
-// Rows: a CPU device has their cells in one vector.
+// Workgroups are rows, so that a CPU device has their cells in one vector.
 layout(local_size_x = 16, local_size_y = 4) in;
 
 #include "ground/frame.glsl"
 layout(scalar) readonly buffer CascadePlaces { vec4 cascades[]; };
 layout(scalar) readonly buffer Passages { uvec3 passages[]; };
 uniform sampler3D old_light[2]; // a KeptBeam
-layout(rgba32f) uniform image3D sums[6]; // along +x +y +z −x −y −z, the grids one above the other
+layout(rgba32f) uniform image3D sums[6]; // along +x +y +z −x −y −z, the grids stacked along z
 
 #include "gi/lpv/beams.glsl"
 #include "gi/lpv/new_beams.glsl"
@@ -27,7 +27,7 @@ ivec3 in_sums(ivec3 cell, uint cascade) {
     return cell + ivec3(0, 0, cascade * LPV_EDGE);
 }
 
-// Where in the next coarser grid's sum a cell beyond the border lies.
+// The position in the next coarser grid's sum of a cell beyond the border.
 ivec3 in_coarser(ivec3 cell) {
     vec3 recorded = (vec3(cell) + 0.5 - push.offset) / push.scale;
     vec4 place = cascades[push.cascade + 1u];
@@ -35,9 +35,9 @@ ivec3 in_coarser(ivec3 cell) {
     return in_sums(there, push.cascade + 1u);
 }
 
-// From the neighbour against `way`, whose mean direction is PARTS in the way's own frame, where it sends `s`; MOMENT is
-// that in the grid's. What comes in from beyond the border does so once, as it adds up over all steps: the next coarser
-// grid's sum, or the sky.
+// Light from the neighbour against `way`. PARTS is the neighbour's mean direction in a frame along `way`, in which it
+// sends the share `s`; MOMENT is the same direction in the grid's frame. Light from beyond the border enters once,
+// summed over all steps: that of the next coarser grid, or the sky.
 #define GATHER(k, way, open, PARTS, MOMENT) \
     { \
         ivec3 from = cell - way; \

@@ -1,4 +1,4 @@
-// Which of the grids a pass works on, and where it lies among the base grid's voxels.
+// The grid of a pass, and its place in voxels of the base grid.
 
 layout(push_constant, scalar) uniform Push {
     vec3 offset; // cells

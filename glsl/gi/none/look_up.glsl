@@ -1,5 +1,5 @@
-// Method `none`: no light comes from other surfaces, and the sky's as if nothing hid it. See docs of `Gi` in
-// src/gi/mod.rs for what a look-up answers.
+// Method `none`: no light from other surfaces, and sky light without occlusion. The docs of `IndirectMethod` in
+// src/gi/mod.rs describe the functions of a look-up.
 
 #include "common/lobe.glsl"
 #include "common/refraction.glsl"

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Cover: each sample of a triangle finds the voxel that it lies in, and the item by which that voxel lists the triangle
-// counts it. CPU twin: tests/twins/cover.rs.
+// Cover: each sample of a triangle finds its voxel, and is counted for the item by which that voxel lists the triangle.
+// CPU twin: tests/twins/cover.rs.
 
 #include "common/count.glsl"
 #include "ground/heads.glsl"

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Empties what the last frame filled of a volume and this one does not.
+// Empties voxels of a volume that the last frame filled and this one does not.
 
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"

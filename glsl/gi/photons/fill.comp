@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with OPACITY
-// Fills the occupied voxels with what their photons send: a thread per voxel and direction. With OPACITY: how much they
-// stand in the way of travellers, a thread per voxel. Held by tests/device/passes_photons.rs.
+// Fills the occupied voxels with the light of their photons: a thread per voxel and direction. With OPACITY it fills
+// their opacity: a thread per voxel. Checked by tests/device/passes_photons.rs.
 
 #include "common/color.glsl"
 #include "common/count.glsl"
@@ -20,7 +20,7 @@ layout(scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
 layout(scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
 layout(scalar) readonly buffer ItemSamples { uint item_samples[]; };
 
-const float DARK_BACK = 1e-3; // of the front's light; below that it counts as none: rounding and leaks
+const float DARK_BACK = 1e-3; // as a share of the front's light; below it the back counts as dark (rounding and leaks)
 
 // A triangle in a voxel.
 struct Photon {
@@ -31,15 +31,15 @@ struct Photon {
     float area; // over a voxel's face, times opacity
     LobeLight front_lobe;
     LobeLight back_lobe;
-    bool dark_back; // left out: on walls of zero thickness it would only darken what leaves the front
+    bool dark_back; // left out, because on walls of zero thickness it would only darken the light of the front
 };
 
 Photon photon_of(uint item) {
     ListItem entry = list_items[item];
     COUNT(LIST_ITEMS, 1u);
     COUNT(CORNERS, 3u);
-    COUNT(WORDS, LIT == LIT_ALIKE ? 10u : 9u);
-    uint lit_by = LIT == LIT_ALIKE ? item_parts[item].lit_by : item;
+    COUNT(WORDS, LIT == LIT_GROUPED ? 10u : 9u);
+    uint lit_by = LIT == LIT_GROUPED ? item_parts[item].lit_by : item;
     ItemLight light = item_lights[lit_by];
     vec3 n = normalize(triangle_normal(triangles[entry.triangle].corners[0], triangles[entry.triangle].corners[1],
         triangles[entry.triangle].corners[2]));
@@ -48,7 +48,7 @@ Photon photon_of(uint item) {
     photon.back = light.back;
     photon.normal = n;
     photon.share = light.opacity * float(item_samples[item]) / float(SAMPLES);
-    // Samples measure the area as seen along the axis that the triangle faces most.
+    // Samples measure the area along the axis that the triangle faces most.
     photon.area = photon.share / max(abs(n.x), max(abs(n.y), abs(n.z)));
     photon.front_lobe = unpack_lobe(uvec4(0u));
     photon.back_lobe = photon.front_lobe;
@@ -72,7 +72,7 @@ void fill(uvec3 cell, uint first, uint texel) {
     uint item = first;
     for (uint k = 0u; k < globals.item_count && item != 0u; k++) {
         Photon photon = photon_of(item - 1u);
-        // A traveller along +x meets the fronts whose normal points against it, and the backs of the others.
+        // Light that travels along +x meets fronts whose normal points against it, and the backs of other triangles.
         vec3 facing = photon.area * abs(photon.normal);
         vec3 fronts = vec3(lessThan(photon.normal, vec3(0.0)));
         vec3 backs = photon.dark_back ? vec3(0.0) : 1.0 - fronts;
@@ -82,7 +82,7 @@ void fill(uvec3 cell, uint first, uint texel) {
         fixed_add(back, vec4(facing * (fronts + backs), 0.0));
         item = list_items[item - 1u].next;
     }
-    // The printed form keeps the sum, and cuts it where it is read as an opacity.
+    // The printed form stores the sum, and cuts it when it is read as opacity.
     vec4 most = vec4(printed(ROW_MIPS) ? LARGEST_STORED : 1.0);
     imageStore(opacity_forth, ivec3(cell), min(fixed_value(forth), most));
     imageStore(opacity_back, ivec3(cell), min(fixed_value(back), most));
@@ -90,10 +90,10 @@ void fill(uvec3 cell, uint first, uint texel) {
 #else
 const uint THREADS = TEXELS;
 
-// Radiance towards a texel's directions times the area that faces them, and that area.
+// Radiance in the directions of a texel times the area that faces them, and that area.
 vec4 sent(Photon photon, uint texel) {
     if (printed(ROW_DIRECTIONS)) {
-        // At the texel's middle alone: BRDF · E · opacity.
+        // At the texel's middle only: BRDF · E · opacity.
         vec3 d = texel_middle(texel);
         float cosine = dot(photon.normal, d);
         vec3 front = photon.front
@@ -103,7 +103,7 @@ vec4 sent(Photon photon, uint texel) {
             + photon.back_lobe.light * lobe_towards(d, -photon.normal, photon.back_lobe.toward, photon.back_lobe.alpha);
         return vec4(cosine > 0.0 ? front : cosine < 0.0 ? back : vec3(0.0), 1.0) * photon.share;
     }
-    // The means' sum is made π for every normal: what leaves the voxel is what leaves its triangles.
+    // The sum of the means is made π for every normal, so that a voxel sends exactly the light of its triangles.
     float whole = photon.area * PI / texels_total(photon.normal);
     float front = whole * texel_cosine(texel, photon.normal);
     float back = photon.dark_back ? 0.0 : whole * texel_cosine(texel, -photon.normal);
@@ -123,7 +123,8 @@ void fill(uvec3 cell, uint first, uint texel) {
         item = list_items[item - 1u].next;
     }
     vec4 value = fixed_value(sum);
-    // More triangles than fill the voxel: light and area are cut alike. In the printed form they add up.
+    // If triangles more than fill the voxel, light and area are reduced by the same factor. In the printed form they
+    // add up.
     value = printed(ROW_MIPS) ? min(value, vec4(LARGEST_STORED)) : value / max(value.a, 1.0);
     imageStore(photon_map, map_place(cell, texel, EDGE), value);
 }

@@ -1,15 +1,15 @@
-// The direct light that a glossy surface in a voxel mirrors: a GGX lobe about the mirrored light, not an even light.
-// One lobe stands for all lights: its way in is the mean of theirs, and it is as much wider as they are apart. Its
-// light is spread over the sixteen directions by means over their quarters, made whole: what it sends is what the
-// surface's lobe sends. Held by tests/device/functions_photons.rs.
+// Specular reflection of direct light by a glossy surface in a voxel: a GGX lobe about the mirrored light. One lobe
+// represents all lights: its direction is the mean of theirs, and it is widened by their spread. Its light is
+// distributed over the sixteen directions by averages over quarters of texels, normalised to the energy of the
+// surface's lobe. Checked by tests/device/functions_photons.rs.
 
 #include "common/lobe.glsl"
 #include "ground/constants.glsl"
 #include "gi/photons/octahedron.glsl"
 
 struct LobeLight {
-    vec3 light; // stored radiance, had it been sent evenly, over the lobe's mean
-    vec3 toward; // the light, a unit vector
+    vec3 light; // stored radiance of a uniform distribution, over the lobe's mean
+    vec3 toward; // unit direction to the light
     float alpha;
 };
 
@@ -26,17 +26,17 @@ LobeLight unpack_lobe(uvec4 packed) {
         vec3(unpackHalf2x16(packed.x), second.x), vec3(unpackHalf2x16(packed.z), unpackHalf2x16(packed.w).x), second.y);
 }
 
-// Half angles closer than that are all alike to quarters of texels.
+// Smaller half angles do not differ at the resolution of quarters of texels.
 const float LEAST_LOBE_ALPHA = 0.2;
 
-// Variances of slopes add up: that of the surface, of the lights' half vectors, and of a quarter. `mean`: of the
-// lights' unit directions; its length says how far apart they are.
+// Variances of slopes add up: those of the surface, of the lights' half vectors, and of a quarter. `mean` is the mean
+// of the lights' unit directions, whose length indicates their spread.
 float lobe_alpha(float roughness, vec3 mean) {
     float alpha = roughness * roughness;
     return min(sqrt(alpha * alpha + 0.5 * (1.0 - min(length(mean), 1.0)) + LEAST_LOBE_ALPHA * LEAST_LOBE_ALPHA), 1.0);
 }
 
-// The lobe, up to a factor, times the cosine: D(h) G1(o).
+// The lobe times the cosine, up to a factor: D(h) G1(o).
 float lobe_towards(vec3 o, vec3 n, vec3 toward, float alpha) {
     float cosine = dot(n, o);
     if (cosine <= 0.0) {
@@ -54,7 +54,7 @@ vec2 lobe_quarter(vec2 at, vec3 n, vec3 toward, float alpha) {
     return inverse * inverse * inverse * vec2(1.0, lobe_towards(p * inverse, n, toward, alpha));
 }
 
-// Its mean over a texel's solid angle.
+// The mean over a texel's solid angle.
 float lobe_mean(uint texel, vec3 n, vec3 toward, float alpha) {
     vec2 corner = texel_corner(texel);
     vec2 sum = lobe_quarter(corner + vec2(0.125, 0.125), n, toward, alpha)
@@ -64,13 +64,13 @@ float lobe_mean(uint texel, vec3 n, vec3 toward, float alpha) {
     return sum.y / sum.x;
 }
 
-// Light towards a texel, times the cosine; at most what an f16 holds.
+// Light towards a texel, times the cosine; at most the largest f16.
 vec3 lobe_sent(LobeLight l, uint texel, vec3 n) {
     return l.light == vec3(0.0) ? vec3(0.0)
                                 : min(l.light * lobe_mean(texel, n, l.toward, l.alpha), vec3(LARGEST_STORED));
 }
 
-// `sent`: stored radiance, had it been sent evenly. `mean`: of the unit directions to the lights.
+// `sent` is the stored radiance of a uniform distribution. `mean` is the mean of the unit directions to the lights.
 LobeLight lobe_light(vec3 sent, vec3 n, vec3 mean, float roughness) {
     vec3 toward = normalize(mean);
     float alpha = lobe_alpha(roughness, mean);

@@ -1,4 +1,4 @@
-// Method `photons`: cones along directions that are drawn by the surface's BRDF, as wide as their share of it.
+// Method `photons`: cones in directions sampled from the surface's BRDF, each as wide as its share of it.
 
 #include "common/directions.glsl"
 #include "common/jitter.glsl"
@@ -10,11 +10,12 @@
 #include "gi/photons/cone.glsl"
 
 const bool FINDS_LAMPS = false;
-const float LEAST_COSINE = 0.1; // of a cone to the surface that it leaves, for its bound
+const float LEAST_COSINE = 0.1; // lower bound of the cosine between a cone and the surface that it leaves
 
-// Along d, the sky behind it included. `normal`: of the side that it starts on. `bright`: as for sky_about.
+// Light along d, with the sky behind. `normal` is that of the side where the cone starts. `bright` is as for sky_about.
 vec4 cone_from(Surface s, vec3 normal, vec3 d, float ratio, float bright) {
-    // Filtering reaches twice as far as a sphere: at R ≤ ½ cos θ not to the plane that the cone leaves, nor behind it.
+    // Filtering extends to twice the radius of a sphere. With R ≤ ½ cos θ it does not reach the plane that the cone
+    // leaves.
     float bound = MOST_RATIO * max(dot(d, normal), LEAST_COSINE);
     ConeLight seen = trace_cone(s.position + START_NORMAL * normal, d, printed(ROW_STEPS) ? ratio : min(ratio, bound));
     vec3 light = seen.light + seen.open * sky_about(d, ratio, bright);
@@ -27,7 +28,7 @@ vec4 look_up_diffuse(Surface s, uvec3 place) {
         INTERLEAVE > 1u ? interleaved_shift(place) : vec2(0.5, TURNED != 0u ? jitter_hash(uvec4(place, 0u)) : 0.0);
     vec4 sum = vec4(0.0);
     for (uint i = 0u; i < DIFFUSE_CONES; i++) {
-        // The density is cos/π. Pixels that share have their parts of all of the square's directions.
+        // The density is cos/π. Pixels that share light have different parts of the directions of their square.
         vec3 local = cosine_direction(i, DIFFUSE_CONES, shift);
         float solid_angle = PI / (float(DIFFUSE_CONES * INTERLEAVE * INTERLEAVE) * local.z);
         sum += cone_from(s, s.facet, above_facet(basis * local, s.facet), cone_ratio(solid_angle), 0.0);
@@ -40,7 +41,7 @@ vec3 look_up_specular(Surface s) {
     return cone_from(s, s.facet, s.normal, ggx_aperture(s.roughness), 0.0).rgb;
 }
 
-// GGX's visible normals, a cone each. A smooth lobe is one cone.
+// One cone for each of GGX's visible normals. A smooth lobe is one cone.
 vec3 mirrored_light(Surface s, Viewed viewed) {
     float alpha = s.roughness * s.roughness;
     bool one = GLOSSY_CONES == 1u || alpha < MIN_ALPHA;
@@ -74,7 +75,7 @@ void add_glossy(inout Outgoing sent, Surface s, Viewed v) {
     }
     if (feature(FEATURE_TRANSMISSION) && s.transmission > 0.0) {
         vec3 d = refraction_direction(-v.view, s.normal, s.ior, v.back, s.thickness_m <= 0.0);
-        // Total reflection stays on its own side.
+        // Total reflection stays on its side.
         float side = dot(d, s.normal) > 0.0 ? 1.0 : -1.0;
         sent.indirect +=
             s.transmitted * v.lobes.rest * cone_from(s, side * s.facet, d, ggx_aperture(s.roughness), 1.0).rgb;

@@ -2,12 +2,13 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with OPACITY
-// Mips of the parents of occupied cells: of the map, a thread per cell and direction; with OPACITY of what stands in
-// the way, a thread per cell. Held by tests/device/passes_photons.rs.
+// Mips of the parents of occupied cells: of the map, a thread per cell and direction; with OPACITY of the opacity, a
+// thread per cell. Checked by tests/device/passes_photons.rs.
 //
-// The notes' Σ photons · v²/D², with each level's edge for D, is a quarter of the eight children's sum. A plane, of
-// which four children hold a part, keeps its opacity and its light. The printed form is this sum. The right form counts
-// photons behind others of the same cell as far as these let through, and cuts opacity at 1, with its light.
+// The notes' Σ photons · v²/D², with the edge of a level as D, is a quarter of the sum over eight children. A plane, of
+// which four children hold a part, keeps its opacity and its light. The printed form is this sum. The corrected form
+// weights photons behind others of the same cell by the light that these let through, and limits opacity to 1, with its
+// light.
 
 #include "common/count.glsl"
 #include "gi/photons/constants.glsl"
@@ -36,7 +37,7 @@ vec4 children_sum(sampler3D below, ivec3 corner) {
 #ifdef OPACITY
 const uint THREADS = 1u;
 
-// Along every axis four columns of two: what fills a column fills it once.
+// There are four columns of two children along every axis; a child that fills its column fills it once.
 vec3 columns(sampler3D below, ivec3 corner) {
     COUNT(VOLUME_TEXELS, 8u);
     vec3 a = texelFetch(below, corner, 0).rgb;
@@ -69,7 +70,7 @@ const uint THREADS = TEXELS;
 
 struct Child {
     vec4 sent;
-    vec3 hides; // of what is behind it, to a traveller along −x or +x, and so on
+    vec3 hides; // opacity for light that travels along −x or +x, and so on
 };
 
 Child child_at(ivec3 cell, uint texel, int edge, vec3 d) {
@@ -85,11 +86,11 @@ vec4 in_row(Child first, Child second, uint axis) {
     return first.sent + (1.0 - first.hides[axis]) * second.sent;
 }
 
-// Photons behind others of the same cell are not seen: rows along each axis, by the share that the texel's direction
-// has in it.
+// Photons behind others of the same cell are hidden: the rows along each axis are weighted by the axis's share of the
+// texel's direction.
 vec4 seen_children(ivec3 corner, uint texel, int edge) {
     vec3 d = texel_middle(texel);
-    ivec3 first = ivec3(greaterThan(d, vec3(0.0))); // the child that a traveller against d meets first
+    ivec3 first = ivec3(greaterThan(d, vec3(0.0))); // the child that light travelling against d meets first
     ivec3 second = 1 - first;
     Child a = child_at(corner + first, texel, edge, d);
     Child b = child_at(corner + ivec3(second.x, first.yz), texel, edge, d);

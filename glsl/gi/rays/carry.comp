@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// New lists take over the light of the lists before them: a lit item that of the item which stood for the same triangle
-// in the same voxel, or in that of a box which stood there, a twin that of its twin. What was not there starts dark. A
-// thread per lit item.
+// New lists take over the light of the previous lists: a lit item gets that of the item for the same triangle in the
+// same voxel, or in a voxel of a box that covered the place, and a twin that of its twin. Items without a predecessor
+// start black. A thread per lit item.
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 #include "common/clip.glsl"
@@ -26,8 +26,8 @@ layout(scalar) readonly buffer LastLights { ItemLight last_lights[]; };
 
 #include "ground/boxes.glsl"
 
-// The voxel of the lists before which listed a triangle in `voxel` of these. Where a box moved away it is one of
-// several: that of the middle of the item's part.
+// The voxel of the previous lists that listed a triangle in `voxel` of the new ones. If a box moved away there are
+// several, and it is the one at the middle of the item's part.
 uint last_voxel(uint voxel, uint triangle) {
     Box box = box_of(voxel);
     vec3 center = vec3(cell_in(box, voxel)) + 0.5;
@@ -64,7 +64,7 @@ void main() {
         }
         seen_lights[item] = before;
         if (feature(FEATURE_SPECULAR)) {
-            seen_lobes[2u * item] = uvec2(0u); // found again by this frame's first pass
+            seen_lobes[2u * item] = uvec2(0u); // computed by this frame's first pass
             seen_lobes[2u * item + 1u] = uvec2(0u);
         }
     }

@@ -2,9 +2,9 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with RAYS
-// For those who look at how the method works. Per pixel: what the list item sends that stands for the surface seen
-// there, and which item that is. With RAYS, of one pixel: the rays that its diffuse light is gathered along, what each
-// met and what it brought.
+// Debug views of the method. For each pixel: the cached radiance of the list item that covers its surface, and the
+// item's number. With RAYS, for one pixel: the rays that gather its diffuse light, with the hit point and the radiance
+// of each.
 
 #include "ground/constants.glsl"
 #include "ground/surface.glsl"
@@ -12,27 +12,27 @@
 #include "method/look_up.glsl"
 
 layout(push_constant) uniform Push {
-    uvec2 pixel; // of which the rays are
-    uint scale; // pixels along each side of a gathered one
+    uvec2 pixel; // the pixel whose rays are written
+    uint scale; // side of a gathered pixel in pixels
 } push;
 
 #ifdef RAYS
 layout(local_size_x = 64) in;
 
-// In voxels of the grid; radiance as stored.
+// Positions are in voxels of the grid; radiance is stored radiance.
 struct InspectedRay {
     vec3 from;
     vec3 to;
     vec3 light;
-    uint source; // 1 + the triangle that was met first, in the scene's order; 0: none
-    uint back; // 1 where it was met from behind
+    uint source; // 1 + the triangle that was hit first, in the scene's order; 0: none
+    uint back; // 1 if it was hit from behind
 };
 
 layout(scalar) writeonly buffer InspectedRays { InspectedRay inspected[]; };
 #else
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(rgba32f) writeonly uniform image2D kept_light; // stored radiance; 1 + the item, 0 where there is none
+layout(rgba32f) writeonly uniform image2D kept_light; // stored radiance; 1 + the item, 0 without an item
 #endif
 
 Met met_at(vec2 pixel) {
@@ -56,7 +56,7 @@ void main() {
     Met first = meet(trace_ray(s.position + s.facet * ray_start_at(s.position), ray.way, 0.0), ray.way);
     float length_shown = first.any ? first.distance : float(EDGE);
     inspected[i].from = s.position;
-    // No surface is seen, so nothing gathers.
+    // No surface is visible, so nothing gathers.
     inspected[i].to = met.any ? s.position + ray.way * length_shown : s.position;
     inspected[i].light = met.any ? ray.light.rgb : vec3(0.0);
     inspected[i].source = met.any && first.any ? first.triangle.source + 1u : 0u;
@@ -69,7 +69,7 @@ void main() {
     Met met = met_at(vec2(at));
     uint item = UNLIT;
     vec3 radiance = vec3(0.0);
-    for (uint k = 0u; k < (met.any ? 1u : 0u); k++) { // a CPU device leaves it early
+    for (uint k = 0u; k < (met.any ? 1u : 0u); k++) { // a loop, which a CPU device leaves early
         item = lit_for(met);
         radiance = seen_radiance(met, normalize(corners_of(met.triangle) * met.weights - frame.eye));
     }

@@ -1,4 +1,4 @@
-// Where the items of `rays` are lit.
+// The points at which `rays` lights list items.
 
 #include "common/clip.glsl"
 #include "common/count.glsl"
@@ -7,12 +7,12 @@
 #include "ground/boxes.glsl"
 #include "gi/rays/sees.glsl"
 
-const uint POINT_TRIES = 4u; // an even distribution over a part of a quarter of a face, or more
-// More where a mask leaves little, on the way from the middle to each corner.
+const uint POINT_TRIES = 4u; // an even distribution over a part of at least a quarter of a face
+// More tries if a mask leaves little, from the middle towards each corner.
 const uint MASKED_TRIES = 2u * uint(PART_CORNERS);
 
-// Whether p and q of item `index`, in voxels of its box, whose plane has unit normal n, see each other on all sides
-// that are lit.
+// Whether p and q of item `index` see each other on all lit sides. Both are in voxels of its box, and n is the unit
+// normal of its plane.
 bool sees_beside(uint index, vec3 p, vec3 q, vec3 n) {
     ListItem entry = list_items[index];
     uint primary = item_parts[index].lit_by;
@@ -26,14 +26,15 @@ bool sees_beside(uint index, vec3 p, vec3 q, vec3 n) {
     return free;
 }
 
-// Whether a mask leaves anything of an item's triangle abc at p.
+// Whether a mask leaves a part of an item's triangle abc at p.
 bool unmasked(uint index, vec3 a, vec3 b, vec3 c, vec3 p) {
     return is_present(list_items[index].triangle, barycentric(a, b, c, p));
 }
 
-// A point of the part of triangle abc inside the voxel about `center`, evenly distributed over what the item is lit for
-// of it as far as few tries find one: another in every pass, so that the mean over passes is the part's mean. The first
-// pass takes the part's middle; a split item its anchor; what a mask cuts away is passed by, since no ray meets it.
+// A point of the part of triangle abc inside the voxel about `center`, evenly distributed over the region that the item
+// is lit for, as far as a few tries find one. It differs in every pass, so that the mean over passes is the region's
+// mean. The first pass uses the centroid of the part, or the anchor of a split item. Points that a mask cuts away are
+// skipped, because no ray hits them.
 vec3 item_point(uint index, vec3 a, vec3 b, vec3 c, vec3 center, vec3 middle) {
     vec3 n = triangle_normal(a, b, c);
     uvec4 seed = uvec4(uvec3(center), 0u);

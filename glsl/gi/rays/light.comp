@@ -3,8 +3,8 @@
 #extension GL_EXT_scalar_block_layout : require
 //! with LOOK_UP
 //! with ASKS
-// Lights the items of the lists; with LOOK_UP they gather what the bounce before left, with ASKS they ask for that
-// light instead.
+// Lights the items of the lists. With LOOK_UP they gather the light of the previous bounce, and with ASKS they request
+// that light instead.
 #include "ground/constants.glsl"
 
 #include "ground/brdf.glsl"
@@ -21,13 +21,13 @@ void keep_no_lobe(uint place) {
 
 float keep_lobe(uint place, Surface s, vec3 irradiance, vec3 sent, vec3 mean) {
     s = without_film(s, MEAN_COSINE);
-    // Variances of slopes add up: that of the surface and of the lights' half vectors.
+    // Variances of slopes add up: those of the surface and of the lights' half vectors.
     float alpha = s.roughness * s.roughness;
     float share = smoothstep(LEAST_ITEM_ALPHA, WHOLE_ITEM_ALPHA, alpha);
     alpha = min(sqrt(alpha * alpha + 0.5 * (1.0 - min(length(mean), 1.0))), 1.0);
     ItemLobe lobe = ItemLobe(share * irradiance * s.f0, s.f90 / max(brightest(s.f0), 1e-4), normalize(mean), alpha);
     if (feature(FEATURE_LAYERS)) {
-        // Layers over the surface are assumed to send the light that they mirror along the same lobe.
+        // Layers over the surface are assumed to reflect in the same lobe.
         vec3 bare = irradiance / PI * specular_albedo(s.f0, s.f90, s.roughness, MEAN_COSINE);
         lobe.light *= brightest(sent) / max(brightest(bare), 1e-20);
     }

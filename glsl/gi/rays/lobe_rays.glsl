@@ -1,30 +1,29 @@
-// How many rays look along a specular lobe and how they are spread, and what of a lamp's light they are to find: the
-// rest is found by points on lamps. Both ways are weighed by the power heuristic with exponent 2 (Veach and Guibas,
-// "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995).
+// The number and spread of rays in a specular lobe, and the share of lamp light that they find; points on lamps find
+// the rest. Both are weighted by the power heuristic with exponent 2 (Veach and Guibas, "Optimally Combining Sampling
+// Techniques for Monte Carlo Rendering", 1995).
 
 #include "ground/brdf.glsl"
 #include "ground/lamps.glsl"
 #include "gi/rays/constants.glsl"
 
-// Rays for a lobe that sends the share `weight` of what it meets: a faint one is worth fewer.
+// The number of rays for a lobe that reflects the share `weight`: a weak one gets fewer.
 uint lobe_ray_count(float alpha, float weight) {
     return alpha < MIN_ALPHA ? 1u : clamp(uint(ceil(weight * float(LOBE_RAYS))), 1u, LOBE_RAYS);
 }
 
-// Roughness from which on light is gathered for a metal, and that from which on all of its lobe's light is.
+// The roughness from which light is gathered for a metal, and that from which all of its lobe's light is gathered.
 const float WIDE_LOBE = 0.5;
 const float WHOLE_LOBE = 0.8;
 
-// Whether light is gathered for a metal: its lobe is so wide that directions all about find its light well.
+// Whether light is gathered for a metal: its lobe is so wide that directions over the hemisphere find its light well.
 bool gathers_lobe(Surface s) {
     return feature(FEATURE_SPECULAR) && s.roughness > WIDE_LOBE && s.transmission == 0.0 && !is_brushed(s) && !s.unlit
         && any(greaterThan(s.f0, vec3(0.0)));
 }
 
-// The share of a lobe's light that the gathered light stands for. Where a lobe is weak, the few rays that it is worth
-// would now and then meet a bright spot; the gathered light has more directions in it, down to a roughness of about .2.
-// Below that edges would be lost. So it has for wide lobes, but for a coat's, whose diffuse share is 0: where it lies
-// over what gathers nothing, there is no gathered light.
+// The share of a lobe's light that gathered light represents. The few rays of a weak lobe would sometimes meet a bright
+// spot. Gathered light has more directions, and is used down to a roughness of about 0.2, below which edges would be
+// lost. It is also used for wide lobes, except those of a coat over a surface that gathers nothing (diffuse share 0).
 float gathered_share(Surface s, Lobes lobes) {
     float weak = 1.0 - smoothstep(0.15, 0.3, brightest(lobes.specular));
     float of_weak = any(greaterThan(s.diffuse, vec3(0.0))) ? weak * smoothstep(0.2, 0.4, s.roughness) : 0.0;
@@ -32,21 +31,21 @@ float gathered_share(Surface s, Lobes lobes) {
     return max(of_weak, wide ? smoothstep(WIDE_LOBE, WHOLE_LOBE, s.roughness) : 0.0);
 }
 
-// Rays for what a surface mirrors, seen from outside.
+// Rays for the specular reflection, seen from outside.
 uint mirrored_rays(Surface s, Lobes lobes) {
     float by_rays = 1.0 - gathered_share(s, lobes);
     bool mirrors = feature(FEATURE_SPECULAR) && by_rays > 0.0 && any(greaterThan(lobes.specular, vec3(0.0)));
     return mirrors ? lobe_ray_count(s.roughness * s.roughness, by_rays * brightest(lobes.specular)) : 0u;
 }
 
-// A brushed surface's α along its grain and across it.
+// The α of a brushed surface along its grain and across it.
 vec2 brushed_alphas(Surface s) {
     return vec2(s.finish.along, max(s.finish.across, MIN_ALPHA));
 }
 
-const float SHARP = 1e15; // rays per steradian about a mirror's way
+const float SHARP = 1e15; // rays per steradian in the direction of a mirror
 
-// Those rays per steradian about unit l, as visible_normal spreads them; SHARP for a smooth surface.
+// The rays per steradian about unit l, with the distribution of visible_normal; SHARP for a smooth surface.
 float mirrored_rays_about(Surface s, Lobes lobes, vec3 v, vec3 l) {
     float alpha = s.roughness * s.roughness;
     vec3 h = normalize(l + v);
@@ -61,20 +60,20 @@ float mirrored_rays_about(Surface s, Lobes lobes, vec3 v, vec3 l) {
     return alpha < MIN_ALPHA ? SHARP : float(mirrored_rays(s, lobes)) * spread;
 }
 
-// How many points on lamps a place has, over all that they stand for: over the irradiance where they are chosen for the
-// place, else over all shine.
+// The number of points on lamps per unit of what they represent: of the irradiance if points are chosen for the place,
+// otherwise of the total shine.
 float lamp_points_over_light(Surface s) {
     float light = frame.lamp_tree != 0u ? lamps_irradiance(s.position, s.facet) : frame.lamp_shine;
     return float(LAMP_POINTS) / max(light, 1e-20);
 }
 
-// How many points count for a pixel, over those of one place: what scatters light shares them with its neighbours.
+// The number of points for a pixel relative to one place: rough surfaces share them with neighbours.
 float points_shared(Surface s) {
     return frame.lamp_tree != 0u && scatters(s) ? 2.0 : 1.0;
 }
 
-// Points on lamps per steradian, about one of a lamp of that shine and facet normal, seen from a surface that lies in
-// `facet`; `way` leads there. `over_light`: points over all light.
+// Points on lamps per steradian about a point on a lamp with that shine and facet normal, seen from a surface with
+// normal `facet`; `way` is the vector to it. `over_light` is points over all light.
 float lamp_points_about(float shine, vec3 normal, vec3 way, vec3 facet, float over_light) {
     float way2 = dot(way, way);
     float towards = max(abs(dot(way, normal)), 1e-6);
@@ -82,13 +81,13 @@ float lamp_points_about(float shine, vec3 normal, vec3 way, vec3 facet, float ov
     return over_light * shine * (frame.lamp_tree != 0u ? to_place : way2 * sqrt(way2) / towards);
 }
 
-// The weight of a sample where its own way has `own` samples per steradian and the other way has `other`.
+// The weight of a sample if its own technique has `own` samples per steradian and the other one has `other`.
 float share_of(float own, float other) {
     float ratio = own > 0.0 ? other / own : SHARP;
     return 1.0 / (1.0 + ratio * ratio);
 }
 
-// The share of a lamp's light in the lobe that a point on it finds.
+// The share of a lamp's light in the lobe that a point on the lamp finds.
 float point_share(Surface s, Lobes lobes, vec3 view, vec3 position, LampPoint to, float over_light) {
     vec3 way = to.point - position;
     float rays = mirrored_rays_about(s, lobes, view, normalize(way));
@@ -97,7 +96,7 @@ float point_share(Surface s, Lobes lobes, vec3 view, vec3 position, LampPoint to
 }
 
 #define METHOD_LAMP_SHARES
-// Of the specular lobe and of the coat's.
+// For the specular lobe and for the coat's lobe.
 vec2 method_lamp_shares(Surface s, Lobes lobes, vec3 view, LampPoint to, float over_light) {
     vec2 shares = vec2(point_share(s, lobes, view, s.position, to, over_light), 1.0);
     if (feature(FEATURE_CLEARCOAT)) {

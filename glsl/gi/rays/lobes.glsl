@@ -1,4 +1,4 @@
-// Light that a glossy surface mirrors and light that is seen through glass, along exact rays.
+// Light that a glossy surface reflects or that is seen through glass, along exact rays.
 
 #include "common/directions.glsl"
 #include "common/lobe.glsl"
@@ -8,11 +8,11 @@
 #include "gi/rays/ray_light.glsl"
 #include "gi/rays/lobe_rays.glsl"
 
-// Surfaces that let a part of the light pass, of those that one ray meets.
+// The maximum number of partly transparent surfaces that one ray meets.
 const uint MOST_INTERFACES = 64u;
 
-// The texture's value where a ray of that width (voxels) hits `at`, over what it has in the mean of the voxels about
-// it: mirrors and glass show patterns finer than the stored light.
+// The texture's value where a ray of that width (voxels) hits `at`, over its mean over the surrounding voxels: mirrors
+// and glass show patterns that are finer than the stored light.
 vec3 texture_detail(Met met, Material m, vec3 at, float width) {
     if (!slot_in_use(SLOT_BASE_COLOR) || any(greaterThan(m.emissive, vec3(0.0)))) {
         return vec3(1.0);
@@ -28,50 +28,50 @@ vec3 texture_detail(Met met, Material m, vec3 at, float width) {
 }
 
 struct Seen {
-    vec3 light; // stored radiance, the sky behind it included
-    vec3 lamps; // radiance of sampled lamps, which list items do not hold: the rays' share
+    vec3 light; // stored radiance, including the sky behind it
+    vec3 lamps; // radiance of sampled lamps, whose light items do not store: the share of rays
 };
 
-// Cosine on the side of air of light that meets a surface under the cosine c; −1: it is reflected totally.
+// Cosine on the side of air for light at cosine c; −1 for total reflection.
 float cosine_in_air(float c, float ior, bool inside) {
     float sine2 = inside ? (1.0 - c * c) * ior * ior : 1.0 - c * c;
     return sine2 < 1.0 ? sqrt(1.0 - sine2) : inside ? -1.0 : 0.0;
 }
 
-// The shading normal, bent until it looks towards the ray that meets it.
+// The shading normal, bent until it faces the incoming ray.
 vec3 normal_against(vec3 normal, vec3 d) {
     return normalize(normal - d * max(dot(normal, d) + 1e-3, 0.0));
 }
 
-// How much of what a metal mirrors it mirrors sharply. Its items send that to all sides alike: a ray that shows it
-// sharply goes on as it is mirrored instead.
+// The share of a metal's reflection that is sharp. Its items store that share as diffuse light; a ray that should show
+// it sharply continues in the mirror direction instead.
 float mirror_share(Surface s) {
     float metal = 1.0 - s.diffuse_share - s.transmission;
     float rough = smoothstep(0.5 * LEAST_ITEM_ALPHA, LEAST_ITEM_ALPHA, s.roughness * s.roughness);
     return !s.unlit && s.opacity == 1.0 && s.transmission == 0.0 ? metal * (1.0 - rough) : 0.0;
 }
 
-// How much of what an item of the surface sends was mirrored.
+// The share of an item's light that was reflected specularly.
 float mirrored_in_item(Surface s) {
     Lobes lobes = lobes_at(s, MEAN_COSINE);
     float glossy = brightest(lobes.specular);
     return glossy / max(glossy + brightest(s.diffuse * lobes.diffuse), 1e-6);
 }
 
-// Turns a ray along d as the surface mirrors it. What it sends on of the light from there.
+// Reflects d in place; returns the specular weight.
 vec3 go_on_mirrored(Surface s, inout vec3 d) {
     vec3 sent_on = lobes_towards(s, -d).specular;
     d = above_facet(reflect(d, normal_against(s.normal, d)), s.facet);
     return sent_on;
 }
 
-// Leaves a surface with normal `facet` along unit d. Glass with a thickness refracts where it is entered and left, or
-// reflects totally, and dims by Beer's law over the way between; what it reflects else is taken to be as bright as what
-// is seen through it. `aperture`: tangent of the half angle that the ray stands for; `bright`: as for sky_about, and of
-// mirrors the share that it shows sharply. Nothing is seen unless it `sends`. `views`: the ray goes on as the view
-// came, and to the view backs that have no side are not there. `mirrors`: between the eye and there. `rays`: how many
-// look about that way, per steradian; SHARP where these find all of the lamps' light and points on lamps nothing.
-// `points`: on lamps, over all light.
+// Light along unit d from a surface with normal `facet`. Glass with a thickness refracts at entry and exit, or reflects
+// totally, and absorbs by Beer's law in between; its other reflections are assumed to be as bright as the light through
+// it. `aperture` is the tangent of the ray's half angle. `bright` is as for sky_about, and for mirrors also the share
+// that is shown sharply. Without `sends` the result is black. With `views` the ray continues a view ray, to which
+// single-sided backs are invisible. `mirrors` counts mirrors between the eye and this point. `rays` is the number of
+// rays per steradian, or SHARP if they find all lamp light and points on lamps find none. `points` is points on lamps
+// over all light.
 Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright, bool sends, bool views, uint mirrors,
     float rays, float points) {
     Seen seen = Seen(vec3(0.0), vec3(0.0));
@@ -79,7 +79,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
     vec3 through = vec3(1.0);
     float least = 0.0;
     float travelled = 0.0;
-    float pixel = 2.0 * length(frame.down_per_ndc) / frame.image_size.y; // voxels per voxel of way
+    float pixel = 2.0 * length(frame.down_per_ndc) / frame.image_size.y; // voxels per voxel of distance
     float seen_from = frame.orthographic != 0u ? 0.0 : distance(position, frame.eye);
     bool going = sends;
     for (uint i = 0u; i < (feature(FEATURE_PASSING | FEATURE_MIRRORS) ? MOST_INTERFACES : 1u) && going; i++) {
@@ -96,7 +96,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
             : shown_radiance(met, d, mirrors, width) * texture_detail(met, m, at, max(width, pixel_width));
         Surface s = evaluate_surface(met.triangle, attributes_of(met.place), met.weights, POINT, met.back);
         bool passes = feature(FEATURE_PASSING) && met.triangle.translucent != 0u;
-        // A constant where nothing transmits: what only glass asks of the surface is not looked up then.
+        // A constant if nothing transmits, so that look-ups that only glass needs are omitted.
         float transmission = feature(FEATURE_TRANSMISSION) ? s.transmission : 0.0;
         bool glass = m.thickness_m > 0.0 && transmission > 0.0;
         bool absent = views && met.dark && !glass;
@@ -113,11 +113,11 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
             float about = lamp_points_about(brightest(m.emissive), met.normal, way * d, facet, points);
             seen.lamps += emitted * share_of(rays, about);
         } else if (LAMPS == LAMPS_SAMPLED) {
-            seen.light += emitted * frame.scale; // its light came by a bounce
+            seen.light += emitted * frame.scale; // the light that it reflects came with a bounce
         }
         vec3 tint = s.albedo * transmission;
         bool turns = glass || mirrored > 0.0;
-        float side = 1.0; // of the facet on which it goes on, if it turns
+        float side = 1.0; // side of the facet on which the ray continues
         if (glass) {
             vec3 n = normal_against(s.normal, d);
             float ior = max(s.ior, 1.0);
@@ -125,7 +125,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
             bool reflects = dot(refracted, refracted) < 0.25;
             d = normalize(reflects ? reflect(d, n) : refracted);
             through *= reflects ? vec3(1.0) : tint;
-            // Where facet and shading normal disagree, the facet says on which side the ray is.
+            // If facet and shading normal disagree, the facet decides on which side the ray is.
             d -= (reflects ? 2.0 * min(dot(d, s.facet), 0.0) : 2.0 * max(dot(d, s.facet), 0.0)) * s.facet;
             side = reflects ? 1.0 : -1.0;
         } else if (mirrored > 0.0) {
@@ -145,7 +145,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
     return seen;
 }
 
-// A smooth surface's ray goes the mirror's way, a rough one's go by GGX's visible normals.
+// The ray of a smooth surface has the mirror direction; those of a rough one follow GGX's visible normals.
 Outgoing look_in_lobes(Surface s, Viewed viewed) {
     Outgoing sum = Outgoing(vec3(0.0), vec3(0.0));
     vec3 view = viewed.view;
@@ -178,7 +178,7 @@ Outgoing look_in_lobes(Surface s, Viewed viewed) {
         uint count = reflects ? mirrored : transmitted;
         uint k = reflects ? i : i - mirrored;
         bool smooth_lobe = alpha < MIN_ALPHA;
-        // A sunflower on the cap of normals, turned and moved from place to place.
+        // A sunflower pattern on the cap of normals, rotated and shifted from place to place.
         vec2 u = vec2(fract(0.381966011 * float(k) + shift.x), (float(k) + shift.y) / float(count));
         vec3 h = smooth_lobe ? vec3(0.0, 0.0, 1.0) : visible_normal(alphas, v, u);
         float cosine = clamp(dot(v, h), 0.0, 1.0);
@@ -195,10 +195,10 @@ Outgoing look_in_lobes(Surface s, Viewed viewed) {
         vec3 weight = reflects ? fresnel * masking : s.albedo * (s.transmission * left * masking);
         weight /= float(count);
         d = basis * d;
-        // Light that would have to come through the surface that mirrors it, or be refracted to the side it came from.
+        // Light would have to pass through the reflecting surface, or be refracted to the side from which it came.
         float side = reflects ? 1.0 : -1.0;
         bool sends = side * dot(d, s.facet) > 0.0 && side * dot(d, normal) > 0.0;
-        // A curved mirror spreads a pixel twice as far as its normal turns; glass may as well focus it.
+        // A curved mirror spreads a pixel by twice the change of its normal; glass may also focus it.
         float spread = reflects ? 2.0 * viewed.bend : 0.0;
         Seen seen = look_along(s.position, s.facet, d, length(vec2(spread, aperture / sqrt(float(count)))),
             reflects ? 1.0 - lamps_in_lobe(s.roughness) : 1.0, sends, !reflects && thin && smooth_lobe,

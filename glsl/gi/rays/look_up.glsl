@@ -1,13 +1,13 @@
-// Method `rays`: exact rays find what list items send.
+// Method `rays`: exact rays read the cached light of list items.
 
 #include "ground/interleave.glsl"
 #include "ground/place_random.glsl"
 #include "gi/rays/lobes.glsl"
 #include "ground/lamp_light.glsl"
 
-const bool FINDS_LAMPS = true; // rays for what is mirrored or seen through glass meet them on their way
+const bool FINDS_LAMPS = true; // rays for reflection and transmission meet lamps
 
-// Frame of directions that the rays of one place share.
+// The frame of directions that the rays of one place share.
 struct DiffuseFrame {
     mat3 basis;
     vec2 shift;
@@ -15,7 +15,7 @@ struct DiffuseFrame {
 
 struct DiffuseRay {
     vec3 way;
-    vec4 light; // stored radiance that it brings, the sky's included; open share
+    vec4 light; // stored radiance, including the sky's; unoccluded share
 };
 
 DiffuseFrame diffuse_frame(Surface s, uvec3 place) {
@@ -41,11 +41,11 @@ vec4 look_up_diffuse(Surface s, uvec3 place) {
     return sum;
 }
 
-// Of DIFFUSE_RAYS, the rays of a place among crumbs.
+// The number of rays of a place among crumbs.
 const uint CRUMB_RAYS = DIFFUSE_RAYS / 4u + 1u;
 
-// As look_up_diffuse; `mirrored`: the part of the rays' light that the surface mirrors towards `view`, for rough lobes.
-// `crumb`: the place lies among surfaces of a pixel or two, of which each would take all rays for itself.
+// As look_up_diffuse. `mirrored` is the part of the rays' light that a rough lobe reflects towards `view`. `crumb`: the
+// place lies among surfaces of a pixel or two, each of which would take all rays for itself.
 #define METHOD_GATHERS_LOBES
 vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, bool crumb, out vec3 mirrored) {
     DiffuseFrame f = diffuse_frame(s, place);

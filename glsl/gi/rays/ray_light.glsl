@@ -1,7 +1,7 @@
-// A ray that finds its triangle exactly and takes the light that the triangle itself sends there.
+// Exact rays that read the cached light of the triangle that they hit.
 
 #include "ground/ray.glsl"
-#include "common/alike.glsl"
+#include "common/facing.glsl"
 #include "ground/boxes.glsl"
 #include "ground/item_index.glsl"
 #include "ground/on_plane.glsl"
@@ -34,10 +34,10 @@ void ask_for(uint item) {
 }
 #endif
 
-// 1-based: the item that stands for a recorded triangle at a place on it; 0 if there is none.
+// The item of a recorded triangle at a point on it, 1-based; 0 if there is none.
 uint item_at(uint triangle, vec3 at) {
     uint found = 0u;
-    // Beside a plane between voxels rounding may lead into the other one.
+    // Near a plane between voxels, rounding may select the other voxel.
     Box near = box_at(at);
     vec3 aside = (1e-3 / near.scale) * mix(vec3(-1.0), vec3(1.0), greaterThanEqual(fract(in_box(near, at)), vec3(0.5)));
     for (uint k = 0u; k < 8u && found == 0u; k++) {
@@ -48,8 +48,8 @@ uint item_at(uint triangle, vec3 at) {
     return found;
 }
 
-// Which item is lit for what was met: of a split item and its twin the one that sees it. What neither sees is cut off
-// from both: it stays dark, since no light may pass there.
+// The item that is lit for the hit point: of a split item and its twin the one that sees it. A point that neither sees
+// is cut off from both and stays dark, because no light may pass there.
 uint lit_for(Met met) {
     mat3 corners = corners_of(met.triangle);
     vec3 hit = corners * met.weights;
@@ -58,7 +58,7 @@ uint lit_for(Met met) {
     ItemPart part = item_parts[item];
     COUNT(WORDS, 3u);
 #ifdef ASKS
-    return own == 0u ? UNLIT : item; // its twin is asked for with it
+    return own == 0u ? UNLIT : item; // its twin is requested with it
 #else
     if (own == 0u || part.twin == 0u) {
         return own == 0u ? UNLIT : item;
@@ -84,8 +84,8 @@ uint lit_for(Met met) {
 #endif
 }
 
-// Stored radiance that a lit item sends evenly on one side, 0 its front. `mirrors`: between there and the eye, each a
-// bounce. Items hold the light of all bounces but one.
+// Stored radiance that a lit item sends uniformly from one side; 0 is its front. `mirrors` counts mirrors between this
+// point and the eye, each a bounce. Items hold the light of all bounces except one.
 vec3 even_radiance(uint item, uint side, uint mirrors) {
     COUNT(WORDS, 3u);
     if (BOUNCES == 2u && mirrors == 2u) {
@@ -94,7 +94,7 @@ vec3 even_radiance(uint item, uint side, uint mirrors) {
     return side == 1u ? seen_lights[item].back : seen_lights[item].front;
 }
 
-// Stored radiance that the specular lobe of a lit item sends back along unit d from what was met.
+// Stored radiance that the specular lobe of a lit item reflects back along unit d from the hit point.
 vec3 lobe_radiance(uint item, Met met, vec3 d) {
     if (!feature(FEATURE_SPECULAR)) {
         return vec3(0.0);
@@ -105,8 +105,8 @@ vec3 lobe_radiance(uint item, Met met, vec3 d) {
                              : item_lobe_light(unpack_item_lobe(lobe), met.back ? -met.normal : met.normal, -d);
 }
 
-// Stored radiance of what was met along unit d: what the list item sends there that stands for it where it was met. No
-// other surface and no other side mixes into it, however thin a wall is.
+// Stored radiance of the hit point along unit d: radiance of the list item that covers it. No other surface or side
+// contributes, however thin a wall is.
 vec3 seen_radiance(Met met, vec3 d) {
     uint item = met.any ? lit_for(met) : UNLIT;
     uint lit = item == UNLIT ? 0u : item;
@@ -119,7 +119,8 @@ vec3 seen_radiance(Met met, vec3 d) {
 #endif
 }
 
-// The item that is lit for a voxel of a box, if that lists one surface alone, of that material and facing; else UNLIT.
+// The item that is lit for a voxel of a box, if the voxel lists only one surface, with that material and orientation;
+// else UNLIT.
 uint continued_in(Box box, ivec3 voxel, uint material, uint facing) {
     bool inside = all(greaterThanEqual(voxel, ivec3(0))) && all(lessThan(voxel, ivec3(EDGE)));
     uint head = inside ? heads[voxel_in(box, voxel)] : 0u;
@@ -134,10 +135,10 @@ uint continued_in(Box box, ivec3 voxel, uint material, uint facing) {
     return continues ? item : UNLIT;
 }
 
-// Stored radiance that mirrors and glass show of what was met. The even part is interpolated linearly between the
-// middles of voxels along the surface, where it goes on in those beside and nothing else is listed there: else single
-// voxels would show, and the noise of the few directions along which each item gathers. `width`: of the ray there,
-// voxels; a wide one shows no single voxel.
+// Stored radiance of the hit point as seen in mirrors and glass. The uniform part is interpolated linearly between the
+// middles of voxels along the surface if the surface continues in the neighbouring voxels and nothing else is listed
+// there; this hides single voxels and the noise of the few directions of each item. `width` is that of the ray in
+// voxels; a wide ray shows no single voxel.
 vec3 shown_radiance(Met met, vec3 d, uint mirrors, float width) {
     uint item = met.any && mirrors <= BOUNCES ? lit_for(met) : UNLIT;
     uint own = item == UNLIT ? 0u : item;
@@ -179,8 +180,8 @@ vec3 shown_radiance(Met met, vec3 d, uint mirrors, float width) {
     return item == UNLIT ? vec3(0.0) : sum / total + lobe_radiance(own, met, d);
 }
 
-// Leaves along unit d, which is above a surface with normal `facet`. Stored radiance of what it meets; `through`: what
-// of the light behind all of that gets there, per channel.
+// Traces a ray along unit d, which is above a surface with normal `facet`. Returns the stored radiance of the hit
+// point; `through` is the share of light from behind that passes, per channel.
 vec3 trace_light(vec3 position, vec3 facet, vec3 d, out vec3 through) {
     vec3 origin = position + facet * ray_start_at(position);
     through = vec3(1.0);

@@ -1,12 +1,12 @@
-// Whether two points of what one item is lit for see each other.
+// Visibility between two points within the region of one lit item.
 
 #include "common/count.glsl"
 #include "ground/ray.glsl"
 
 layout(scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
 
-// Whether nothing opaque that the list of `voxel` holds stands between two points. What `lit_by` is lit for does not
-// count: it is the surface itself.
+// Whether no opaque triangle in the list of `voxel` lies between two points. Triangles for which `lit_by` is lit do not
+// count, because they are the surface itself.
 bool sees(uint voxel, uint lit_by, vec3 from, vec3 to) {
     bool free = true;
     uint item = heads[voxel];

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// The radiance of the lit items, summed up over blocks of each box in whole numbers, so that no order shows: feedback
-// has settled once these sums stay. A thread per lit item.
+// The radiance of the lit items, summed over blocks of each box as integers, so that the order does not matter:
+// feedback has settled once these sums no longer change. A thread per lit item.
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 #include "common/count.glsl"
@@ -28,7 +28,7 @@ void main() {
         COUNT(WORDS, 9u);
         COUNT(LIST_ITEMS, 1u);
         float sent = dot(light.front + light.back, vec3(light.opacity * light.area));
-        // A smaller voxel's face counts as much less.
+        // The face of a smaller voxel has a smaller weight.
         uint units = uint(min(sent * UNITS / float(1u << 4u * number), 4.2e9));
         uint place = block.x + BLOCKS * (block.y + BLOCKS * block.z);
         if (atomicAdd(light_sums[place].x, units) + units < units) {

@@ -1,6 +1,6 @@
-// A voxel from what its list's items send: premultiplied stored radiance and alpha for travellers along +x +y +z −x −y
-// −z, and on average. With `uniform` and `front` a triangle is shaded once, for its front; the others tell a triangle's
-// sides apart. CPU twin: tests/twins/shade.rs.
+// A voxel from the light of its list's items: premultiplied stored radiance and alpha for travel along +x +y +z −x −y
+// −z, and averages. With `uniform` and `front` a triangle is shaded once, for its front; the other fills distinguish
+// its sides. CPU twin: tests/twins/shade.rs.
 //! given const uint FILL = 3u;
 
 #include "common/color.glsl"
@@ -8,7 +8,7 @@
 #include "ground/layout.glsl"
 #include "ground/faces/fill_kinds.glsl"
 
-const float DARK_BACK = 1e-3; // of the front's light; below that it counts as none: rounding and leaks
+const float DARK_BACK = 1e-3; // as a share of the front's light; below it the back counts as dark (rounding and leaks)
 
 struct Filling {
     FixedSum sums[7];
@@ -24,10 +24,10 @@ Filling start_filling() {
     return f;
 }
 
-// Both fills take the mean over the triangles of what their fronts send, whatever their area.
+// Both fills average the light of the fronts over the triangles, independent of their areas.
 const bool TAKES_MEANS = FILL == FILL_UNIFORM || FILL == FILL_FRONT;
 
-// n: unit, of the front.
+// `n` is the unit normal of the front.
 void fill_with(inout Filling f, ItemLight light, vec3 n, bool two_sided) {
     float whole = TAKES_MEANS ? light.opacity : light.opacity * light.area;
     for (int k = 0; k < 6; k++) {
@@ -38,7 +38,8 @@ void fill_with(inout Filling f, ItemLight light, vec3 n, bool two_sided) {
         if (FILL == FILL_FRONT && !sees_front) {
             weight = 0.0;
         }
-        // A nearly black back is left out: on walls of zero thickness it would only darken what leaves the front.
+        // A nearly black back is left out, because on walls of zero thickness it would only darken the light of the
+        // front.
         if (FILL == FILL_SIDED && !sees_front && brightest(light.back) <= DARK_BACK * brightest(light.front)) {
             weight = 0.0;
         }

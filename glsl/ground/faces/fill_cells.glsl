@@ -1,4 +1,4 @@
-// Fills the occupied voxels, a thread each, with what light_items.glsl left of their lists.
+// Fills the occupied voxels, a thread each, with the light of their items from light_items.glsl.
 //! given const uint FILL = 3u;
 
 #include "common/triangle_box.glsl"
@@ -13,7 +13,7 @@ layout(scalar) readonly buffer ItemLights { ItemLight item_lights[]; };
 layout(scalar) readonly buffer ItemParts { ItemPart item_parts[]; };
 
 ItemLight light_of(uint item) {
-    if (LIT != LIT_ALIKE) {
+    if (LIT != LIT_GROUPED) {
         return item_lights[item];
     }
     ItemLight light = item_lights[item_parts[item].lit_by];
@@ -32,7 +32,7 @@ void main() {
             COUNT(LIST_ITEMS, 1u);
             COUNT(CORNERS, 3u);
             COUNT(MATERIALS, 1u);
-            COUNT(WORDS, LIT == LIT_ALIKE ? 10u : 8u); // ItemLight, ItemPart
+            COUNT(WORDS, LIT == LIT_GROUPED ? 10u : 8u); // ItemLight, ItemPart
             vec3 n = normalize(triangle_normal(triangles[entry.triangle].corners[0],
                 triangles[entry.triangle].corners[1], triangles[entry.triangle].corners[2]));
             bool two_sided = (materials[triangles[entry.triangle].material].flags & MATERIAL_DOUBLE_SIDED) != 0u;

@@ -1,4 +1,4 @@
-// How a voxel's triangles fill its seven faces; `FILL` is the includer's.
+// The rules by which a voxel's triangles fill its seven values; the includer declares `FILL`.
 
 const uint FILL_UNIFORM = 0u;
 const uint FILL_FACING = 1u;

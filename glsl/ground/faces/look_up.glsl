@@ -1,5 +1,4 @@
-// The seven faces of a volume: what is seen along a ray that travels along +x +y +z −x −y −z, and the isotropic
-// average.
+// The seven values of a volume: light along rays that travel along +x +y +z −x −y −z, and the isotropic average.
 
 #include "common/count.glsl"
 #include "ground/constants.glsl"
@@ -12,14 +11,14 @@ uniform sampler3D volume_4;
 uniform sampler3D volume_5;
 uniform sampler3D volume_6;
 
-// The three faces that are seen along some direction.
+// The three faces that are visible along a direction.
 struct Faces {
     vec4 x;
     vec4 y;
     vec4 z;
 };
 
-// `at`: voxels; `level`: 0 is the finest.
+// `at` is in voxels; `level` 0 is the finest.
 Faces look_up_faces(vec3 at, vec3 d, float level) {
     COUNT(VOLUME_TEXELS, 3u * trilinear_texels(level));
     vec3 uvw = at / float(EDGE);

@@ -40,7 +40,7 @@ vec4 mip_average(sampler3D source, ivec3 corner) {
     return sum * 0.125;
 }
 
-// The seven faces of the cell whose children's least corner is `corner`; x, y, z: what travellers along −x −y −z meet.
+// The seven values of the cell whose children's least corner is `corner`; x, y, z are for travel along −x −y −z.
 vec4[7] average_of(sampler3D x, sampler3D y, sampler3D z, ivec3 corner) {
     vec4 faces[7];
     faces[0] = mip_directional(source_0, corner, 0, false);

@@ -1,4 +1,4 @@
-// The seven images of one level, to be written.
+// The seven images of one level, for writing.
 
 layout(rgba16f) writeonly uniform image3D faces_0;
 layout(rgba16f) writeonly uniform image3D faces_1;

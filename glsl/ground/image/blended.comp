@@ -1,9 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Makes fragments of the samples that see blended triangles: one for all samples of a pixel that see a triangle, sorted
-// back to front, and where depths are equal in the scene's order; marks those that others stand before. A thread per
-// pixel.
+// Makes fragments from the samples of blended triangles: one for all samples of a pixel that see a triangle, sorted
+// back to front, and for equal depths in the scene's order. Marks fragments with others in front. A thread per pixel.
 
 #define LISTS_FRAGMENTS
 #include "common/count.glsl"
@@ -14,11 +13,11 @@
 layout(local_size_x = 64) in;
 
 layout(scalar) readonly buffer Triangles { Triangle triangles[]; };
-// Per pixel that a band sees: where its fragments begin, and how many there are.
+// For each pixel that a band sees: the start and the number of its fragments.
 layout(scalar) writeonly buffer BlendedOfPixels { uvec2 blended_of_pixels[]; };
 
 layout(push_constant) uniform Push {
-    uint first; // rows of those that the band sees
+    uint first; // rows relative to those that the band sees
     uint end;
 } push;
 
@@ -26,7 +25,7 @@ uint source_of(BlendedSample a) {
     return triangles[(a.seen - 1u) / 2u].source;
 }
 
-// Whether entry a stands before entry b: by depth, then by source, or by source alone.
+// Whether entry a precedes entry b: by depth, then by source, or by source alone.
 bool is_before(uint a, uint b, bool by_depth) {
     BlendedSample of_a = blended_samples[a - 1u];
     BlendedSample of_b = blended_samples[b - 1u];
@@ -35,8 +34,8 @@ bool is_before(uint a, uint b, bool by_depth) {
     return level ? source_of(of_a) < source_of(of_b) : of_a.depth < of_b.depth;
 }
 
-// Sorts a list by merging runs of 1, 2, 4, … entries; returns its new head. A break out of the outer loop would leave
-// lanes off on llvmpipe (Mesa 22.3).
+// Sorts a list by merging runs of 1, 2, 4, … entries; returns its new head. Breaking out of the outer loop would
+// disable lanes on llvmpipe (Mesa 22.3).
 uint sorted(uint head, bool by_depth) {
     uint runs = 2u;
     for (uint size = 1u; runs > 1u; size *= 2u) {
@@ -77,7 +76,7 @@ uint sorted(uint head, bool by_depth) {
     return head;
 }
 
-// Joins neighbours in the list that see one triangle, at the nearest of their depths; returns how many are left.
+// Joins adjacent entries of one triangle, with the nearest of their depths; returns the number of remaining entries.
 uint joined(uint head) {
     uint count = 0u;
     uint last = 0u;

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Lists the samples that see a blended triangle which no opaque surface hides, where its alpha is not 0. Each sample
-// runs by itself: the mask of a pixel's samples lacks some on llvmpipe beside the border of a scissor, and has hidden
-// ones without an extension.
+// Lists the samples that see a blended triangle, if no opaque surface hides it and its alpha is not 0. Each sample runs
+// separately, because on llvmpipe the mask of a pixel's samples lacks some at the border of a scissor, and includes
+// hidden ones without an extension.
 
 #define WRITES_GLOBALS
 #include "common/count.glsl"

@@ -1,4 +1,4 @@
-// The fragments of blended surfaces: those of a pixel stand side by side, back to front.
+// The fragments of blended surfaces; those of a pixel are contiguous, back to front.
 
 #include "ground/image/fragments.glsl"
 
@@ -6,5 +6,5 @@ layout(scalar) readonly buffer BlendedFragments {
     ListCount blended_count;
     Fragment blended_fragments[];
 };
-// Per pixel that a band sees: where its fragments begin, and how many there are.
+// For each pixel that a band sees: the start and the number of its fragments.
 layout(scalar) readonly buffer BlendedOfPixels { uvec2 blended_of_pixels[]; };

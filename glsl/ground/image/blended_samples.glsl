@@ -8,7 +8,7 @@ struct BlendedSample {
 };
 
 layout(scalar) buffer BlendedSamples {
-    uint blended_sample_count; // may be more than there is room for
+    uint blended_sample_count; // may exceed the capacity
     BlendedSample blended_samples[];
 };
-layout(scalar) buffer BlendedHeads { uint blended_heads[]; }; // per pixel that a band sees; as `next`
+layout(scalar) buffer BlendedHeads { uint blended_heads[]; }; // per pixel that a band sees; like `next`

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with MULTISAMPLED
-// Lists the fragments of what a band sees. A thread for a tile of pixels.
+// Lists the fragments of a band's visible triangles. A thread per tile of pixels.
 
 #include "common/count.glsl"
 #include "ground/frame.glsl"
@@ -14,12 +14,12 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(push_constant) uniform Push {
-    uint first; // rows of those that the band sees
+    uint first; // rows relative to those that the band sees
     uint end;
 } push;
 
-// A thread asks for room for the pixels of a tile at once: CPU devices shade eight fragments at a time, which so are
-// neighbours along both axes. A bit for each sample of all of them fits into a word.
+// A thread reserves room for the pixels of a tile at once: CPU devices shade eight fragments at a time, which are then
+// neighbours along both axes. One word has a bit for each sample of the tile.
 const uvec2 TILE = uvec2(4u, 2u);
 const uint TILE_PIXELS = TILE.x * TILE.y;
 
@@ -32,7 +32,7 @@ bool is_inside(uvec2 pixel) {
 }
 
 void main() {
-    uint new = 0u; // the samples that see a triangle that none before them in their pixel sees
+    uint new = 0u; // the samples of a triangle that no earlier sample of their pixel sees
     for (uint k = 0u; k < TILE_PIXELS; k++) {
         uvec2 pixel = pixel_at(k);
         uint before[PIXEL_SAMPLES];

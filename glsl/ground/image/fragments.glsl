@@ -1,13 +1,13 @@
-// Triangles that pixels see, an entry for each pixel and triangle, one beside the other wherever they lie in the image:
-// however small triangles are, no thread that shades one is idle. The shaders that list them define LISTS_FRAGMENTS.
+// Visible triangles, with one entry for each pixel and triangle, so that no thread is idle however small triangles are.
+// Shaders that list them define LISTS_FRAGMENTS.
 //! with LISTS_FRAGMENTS
 
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 
 struct Fragment {
-    uint place; // of the pixel among those that a band sees: across, down; above, the samples that see the triangle
-    uint seen; // as in the visibility buffer; of a blended surface that others hide in all its samples, with BEHIND
+    uint place; // of the pixel: across, down, within a band; above them, the samples that see the triangle
+    uint seen; // as in the visibility buffer; with BEHIND for a blended surface that others hide in all its samples
 };
 
 const uint BEHIND = 1u << 31u;
@@ -23,14 +23,14 @@ const uint COUNT_BITS = 3u;
 #endif
 
 layout(scalar) FRAGMENTS_ACCESS buffer Fragments {
-    ListCount fragment_count; // groups of 64 fragments, and how many there are
+    ListCount fragment_count; // groups of 64 fragments, and their number
     Fragment fragments[];
 };
-// Per pixel that a band sees: where its fragments begin, and below that how many there are.
+// For each pixel that a band sees: the start of its fragments, and in the low bits their number.
 layout(scalar) FRAGMENTS_ACCESS buffer PixelFragments { uint pixel_fragments[]; };
 
 #ifdef LISTS_FRAGMENTS
-// Makes room for `count` more fragments; the slot of the first.
+// Reserves room for `count` more fragments; returns the first slot.
 uint take_slots(uint count) {
     uint slot = count > 0u ? atomicAdd(fragment_count.count, count) : 0u;
     uint groups = (slot + count + 63u) / 64u;
@@ -58,7 +58,7 @@ uint samples_of(Fragment f) {
     return f.place >> PLACE_BITS;
 }
 
-// Where images of that width hold what a fragment shows.
+// The position of a shaded fragment in images of that width.
 ivec2 fragment_texel(uint slot, int width) {
     return ivec2(slot % uint(width), slot / uint(width));
 }

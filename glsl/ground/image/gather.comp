@@ -3,9 +3,9 @@
 #extension GL_EXT_scalar_block_layout : require
 //! per method except none
 //! with ASKS only rays
-// Gather: diffuse light of what is seen, at fewer pixels than the image has, each looking along directions of its own.
-// The pass share takes the mean over neighbours, the pass image brings it up to its pixels. A thread per gathered
-// pixel. With ASKS it asks for the light of list items instead.
+// Gather: diffuse light of visible surfaces, at fewer pixels than the image has, each with different directions. The
+// pass share averages over neighbours, and the pass image upsamples. A thread per gathered pixel. With ASKS it requests
+// the light of list items instead.
 
 #include "common/tile.glsl"
 #include "ground/constants.glsl"
@@ -21,22 +21,21 @@
 layout(local_size_x = 64) in;
 
 layout(push_constant) uniform Push {
-    uint first_row; // of the gathered pixels, at the top of this band
-    uint first; // of the band's gathered rows
+    uint first_row; // first gathered row of this band
+    uint first; // among the band's gathered rows
     uint end;
-    uint first_seen; // of the image, the first row that the band sees
+    uint first_seen; // the first row of the image that the band sees
 } push;
 
-layout(
-    rgba32f) writeonly uniform image2D gathered_surfaces; // position, voxels; packed normal, −1 where nothing gathers
-layout(rgba16f) writeonly uniform image2D gathered_light; // E/π in stored radiance; open share of the hemisphere
-layout(rgba16f) writeonly uniform image2D gathered_lamps; // the same of sampled lamps; share that no shadow takes
+layout(rgba32f) writeonly uniform image2D gathered_surfaces; // position, voxels; packed normal, −1 without gathering
+layout(rgba16f) writeonly uniform image2D gathered_light; // E/π in stored radiance; unoccluded share of the hemisphere
+layout(rgba16f) writeonly uniform image2D gathered_lamps; // the same for sampled lamps; unshadowed share
 layout(rgba16f) writeonly uniform image2D gathered_lamps_specular; // stored radiance; α of the narrowest lobe
 #ifdef METHOD_GATHERS_LOBES
-layout(rgba16f) writeonly uniform image2D gathered_mirrored; // stored radiance, of the specular lobe
+layout(rgba16f) writeonly uniform image2D gathered_mirrored; // stored radiance of the specular lobe
 #endif
 
-// The sample of the image that is nearest to a place, pixels.
+// The sample of the image that is nearest to a position in pixels.
 struct SampleAt {
     uvec2 pixel;
     uint index;
@@ -54,7 +53,7 @@ SampleAt nearest_sample(vec2 place) {
     return nearest;
 }
 
-// The entry of the visibility buffer there.
+// The entry of the visibility buffer at the position.
 uint seen_at(SampleAt at) {
     COUNT(WORDS, 1u);
     uint of_pixel = pixel_fragments[(at.pixel.y - push.first_seen) * uint(frame.image_size.x) + at.pixel.x];
@@ -68,7 +67,7 @@ uint seen_at(SampleAt at) {
     return seen;
 }
 
-// Whether all pixels about a place, pixels, show that entry alone: then its triangle is there, and nothing before it.
+// Whether all pixels around a position show only that entry: then its triangle is there without anything in front.
 bool is_shown_about(vec2 place, uint id) {
     ivec2 corner = ivec2(floor(place - 0.5));
     vec2 part = place - 0.5 - vec2(corner);
@@ -88,7 +87,7 @@ bool is_shown_about(vec2 place, uint id) {
 
 void main() {
     vec2 size = gathered_pixel();
-    // Threads beyond the last column or row gather for it again.
+    // Threads beyond the last column or row repeat its work.
     ivec2 last = ivec2(imageSize(gathered_light).x, push.end) - 1;
     uvec2 own = gl_WorkGroupID.yz * 16u + place_in_tile(gl_GlobalInvocationID.x);
     ivec2 at = min(ivec2(own) + ivec2(0, push.first), last);
@@ -101,7 +100,7 @@ void main() {
     vec3 mirrored = vec3(0.0);
     LampLight lamps = no_lamp_light();
     float alpha = 1.0;
-    // Loops, which a CPU device leaves early.
+    // These are loops, which a CPU device leaves early.
     for (uint i = 0u; i < min(id, 1u); i++) {
         uint triangle = (id - 1u) / 2u;
         Triangle t = triangles[triangle];
@@ -109,7 +108,8 @@ void main() {
         COUNT(TRIANGLES, 1u);
         COUNT(MATERIALS, 1u);
         vec3 facet = normalize(triangle_normal(t.corners[0], t.corners[1], t.corners[2]));
-        // At the center where it shows the triangle as well: light that is gathered beside it would show shifted.
+        // The position is at the centre if it shows the same triangle, because light that is gathered beside it would
+        // appear shifted.
         vec2 spot = is_shown_about(center, id) ? center : vec2(from.pixel) + sample_place(from.index);
         PlaceOnTriangle middle = place_on_triangle(spot, size, t, facet);
         Surface s =
@@ -134,7 +134,7 @@ void main() {
     imageStore(gathered_lamps, at, vec4(min(lamps.diffuse * frame.scale, LARGEST_STORED), lamps.open));
     imageStore(gathered_lamps_specular, at, vec4(min(lamps.specular * frame.scale, LARGEST_STORED), alpha));
 #ifdef METHOD_GATHERS_LOBES
-    if (feature(FEATURE_SPECULAR)) { // else there is no such image
+    if (feature(FEATURE_SPECULAR)) { // otherwise there is no such image
         imageStore(gathered_mirrored, at, vec4(min(mirrored, LARGEST_STORED), 0.0));
     }
 #endif

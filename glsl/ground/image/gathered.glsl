@@ -1,4 +1,4 @@
-// Results of the passes gather and share, brought up to the size of the image. Needs: push.first_row.
+// Results of the passes gather and share, upsampled to the image. Needs: push.first_row.
 //! with GATHERED
 //! with METHOD_GATHERS_LOBES
 //! given layout(push_constant) uniform Push { uint first_row; } push;
@@ -8,13 +8,13 @@
 #include "ground/image/linked.glsl"
 
 struct Gathered {
-    vec4 light; // E/π in stored radiance; open share of the hemisphere
+    vec4 light; // E/π in stored radiance; unoccluded share
     LampLight lamps;
     bool found;
-    bool found_lamps; // for lamps; else a pixel looks for itself
-    bool found_lamp_lobes; // and for what lobes mirror of these
-    vec3 mirrored; // stored radiance of the specular lobe, where a method gathers for it
-    bool crumb; // nothing was found, and hardly any gathered pixels about this one share light with each other
+    bool found_lamps; // for lamps; otherwise the pixel computes its own
+    bool found_lamp_lobes; // and for the specular reflection of lamps
+    vec3 mirrored; // stored radiance of the specular lobe, if a method gathers it
+    bool crumb; // nothing was found, and hardly any gathered pixels around this one share light with each other
 };
 
 Gathered nothing_gathered() {
@@ -30,24 +30,25 @@ uniform sampler2D shared_mirrored;
 #endif
 uniform sampler2D surfaces; // position, packed normal and links
 
-// Of the lamps' light that no shadow takes at gathered pixels about a pixel: at an edge of a shadow it differs by more.
+// The maximum difference of lamps' unshadowed shares among gathered pixels around a pixel; it is larger at the edge of
+// a shadow.
 const float OPEN_APART = 0.25;
 const float LEAST_LIKENESS = 1e-3;
-// Of two places that may share what a lobe mirrors of lamps.
+// The minimum likeness of two places that share the specular reflection of lamps.
 const float MIRRORED_ALIKE = 0.5;
-// Gathered pixels beyond the four about a pixel that are looked at where none of these shows its surface.
+// The number of gathered pixels beyond the four nearest that are searched if none of these shows the surface.
 const int WIDER = 2;
-// Links among all of these below which a surface is a crumb: a quarter of what one surface has.
+// The number of links among all of these below which a surface is a crumb: a quarter of the links of one surface.
 const uint CRUMB_LINKS = uint(2 * (WIDER + 1) * (WIDER + 1));
-// Rows that a band gathers above and below its own, so that no neighbour is missing, nor that of a link.
+// Rows that a band gathers above and below its own, so that neighbours and their links exist.
 const uint GATHER_MARGIN = INTERLEAVE / 2u + 2u + uint(WIDER);
 
-// Cosines of 10° and 4°: where four pixels are not linked, a wall or a crease may lie between the pixel and one of
-// them, so that only what faces as it does counts.
+// Cosines of 10° and 4°: if four pixels are not linked, a wall or a crease may lie between the pixel and one of them,
+// so only surfaces with nearly its normal count.
 const float LEAST_FACING = 0.9848;
 const float FACING = 0.9976;
 
-// Whether nothing stands between the four gathered pixels from `corner` on, in a band of `size`.
+// Whether nothing lies between the four gathered pixels from `corner`, in a band of `size`.
 bool all_linked(ivec2 corner, ivec2 size) {
     uvec3 links;
     for (int k = 0; k < 3; k++) {
@@ -57,8 +58,8 @@ bool all_linked(ivec2 corner, ivec2 size) {
     return links.x == (LINK_RIGHT | LINK_DOWN) && (links.y & LINK_DOWN) != 0u && (links.z & LINK_RIGHT) != 0u;
 }
 
-// A place on the edge of a square of pixels that reaches `ring` beyond a square of two by two, from that one's corner;
-// `k` from 0 to 8 · ring + 3.
+// A position on the border of a square of pixels that extends `ring` beyond a square of two by two, relative to the
+// corner of the latter; `k` is from 0 to 8 · ring + 3.
 ivec2 on_ring(int ring, int k) {
     int side = 2 * ring + 1;
     int along = k % side;
@@ -69,11 +70,11 @@ ivec2 on_ring(int ring, int k) {
     return at - ring;
 }
 
-// The light of the gathered pixels about this one that lie on the same surface: of the four nearest, or, where these
-// show others, of those about them. At edges and among small triangles that is less noise than a few rays of the
-// pixel's own, and cheaper. Where something stands between the four, rays tell which pixels count. Lamps are left to
-// the pixel itself where the four show other surfaces too, or the edge of a shadow; what a lobe of that α mirrors of
-// them also where the four look another way.
+// The light of gathered pixels around this one that lie on the same surface: of the four nearest or, if these show
+// other surfaces, of those around them. At edges and among small triangles this has less noise than a few rays of the
+// pixel's own, and is cheaper. If something lies between the four, rays decide which pixels count. Lamps are left to
+// the pixel itself if the four show other surfaces too, or the edge of a shadow; so is their specular reflection in a
+// lobe of that α if the four have other normals.
 Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal, float alpha) {
     uvec2 image = uvec2(frame.image_size);
     ivec2 size = ivec2((image + GATHER_SCALE - 1u) / GATHER_SCALE);
@@ -87,7 +88,7 @@ Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal, float alpha) {
     bool all_count = true;
     uint links = 0u;
     float least_alike = 1.0;
-    vec2 open = vec2(1.0, 0.0); // the least and the largest share of lamps that no shadow takes
+    vec2 open = vec2(1.0, 0.0); // the least and the largest unshadowed share of lamps
     bool asks_rays = LINKED && !all_linked(corner - origin, size - origin);
     for (int ring = 0; ring <= WIDER && total <= LEAST_LIKENESS; ring++) {
         for (int k = 0; k < 8 * ring + 4; k++) {
@@ -98,7 +99,7 @@ Gathered gathered_nearby(uvec2 pixel, vec3 position, vec3 normal, float alpha) {
             vec2 away = abs(vec2(step) - part);
             float close = ring == 0 ? (1.0 - away.x) * (1.0 - away.y) : 1.0 / (1.0 + dot(away, away));
             float weight = there.w < 0.0 ? 0.0 : close * likeness(position, normal, there.xyz, other);
-            // A loop, which a CPU device leaves early.
+            // This is a loop, which a CPU device leaves early.
             for (uint tests = asks_rays && weight > 0.0 ? 1u : 0u; tests > 0u; tests--) {
                 weight *= smoothstep(LEAST_FACING, FACING, dot(normal, other));
                 weight = linked(position, normal, there.xyz, other) ? weight : 0.0;

@@ -2,9 +2,9 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! per method
-// Given: the light of surfaces that a host drew itself, each known by its depth, its normal, its base colour and,
-// unless all are Lambertian, its roughness and how metallic it is. They are lit by the scene, and need not be a part of
-// it. Writes radiance; alpha is 1 where there is a surface.
+// Given: lights surfaces that a host drew, by their depth, normal, base colour and, unless all are Lambertian,
+// roughness and metallic. The scene lights them, and they need not be part of it. Writes radiance; alpha is 1 for
+// pixels with a surface.
 
 #include "ground/constants.glsl"
 #include "ground/surface.glsl"
@@ -15,7 +15,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-uniform sampler2D given_depth; // metres along the view's axis; 0 or FAR where there is nothing
+uniform sampler2D given_depth; // metres along the view's axis; 0 or FAR without a surface
 uniform sampler2D given_normal;
 uniform sampler2D given_albedo;
 uniform sampler2D given_material; // roughness, metallic, specular
@@ -24,13 +24,13 @@ layout(rgba32f) writeonly uniform image2D given_indirect;
 
 layout(push_constant) uniform Push {
     uint has_material;
-} push; // else surfaces are Lambertian
+} push; // otherwise surfaces are Lambertian
 
-const float FAR = 1e30; // and above
-const float DIELECTRIC_F0 = 0.04; // glTF's, of an index of refraction of 1.5
+const float FAR = 1e30; // this and larger depths are background
+const float DIELECTRIC_F0 = 0.04; // of glTF's index of refraction of 1.5
 
 Surface given_surface(ivec2 at, float depth) {
-    // A host draws all passes over an image alike.
+    // All passes of a host over an image show the same samples.
     vec3 across = off_axis(vec2(at) + 0.5 + 0.5 * frame.ndc_shift * frame.image_size);
     float way = depth / frame.voxel_m;
     Surface s;
@@ -70,7 +70,7 @@ void main() {
     Viewed viewed = Viewed(view, lobes_towards(s, view), false, 0.0, vec3(0.0));
     vec3 direct = vec3(0.0);
     vec3 gathered = vec3(0.0);
-    // Loops, which a CPU device leaves early, name each look-up once.
+    // These are loops, which a CPU device leaves early, and which name each look-up once.
     for (uint k = 0u; k < (there ? frame.light_count : 0u); k++) {
         LightSample to = sample_light(lights[k], s.position, frame.voxel_m);
         vec3 reflected = to.irradiance * brdf_cos(s, view, to.direction, lights[k].kind == LIGHT_SKY);
@@ -78,7 +78,7 @@ void main() {
             direct += reflected * shadow_towards(lights[k], to, s, s.position, 0u, 1u);
         }
     }
-    // Nothing is shared with neighbours, so each looks along all directions that these would have.
+    // Nothing is shared with neighbours, so each pixel uses all directions that they would have.
     const uint places = INTERLEAVE * INTERLEAVE;
     for (uint k = 0u; k < (there ? places : 0u); k++) {
         uvec3 place = places == 1u ? uvec3(at, 0u) : uvec3(k % INTERLEAVE, k / INTERLEAVE, 0u);

@@ -1,9 +1,9 @@
-// Holes that alpha leaves in a triangle. Needs: push.first_seen.
+// Holes of alpha masks in a triangle. Needs: push.first_seen.
 //! given layout(push_constant) uniform Push { uint first_row; uint first_seen; } push;
 
 #include "ground/image/seen.glsl"
 
-// Of a pixel's samples, as a bit each, those of `asked` at which the triangle has no hole. `pixel`: of the band.
+// Those of the samples `asked` (a bit each) at which the triangle has no hole. `pixel` is that of the band.
 uint unmasked(Triangle t, Attributes attributes, uvec2 pixel, uint asked) {
     vec3 facet = normalize(triangle_normal(t.corners[0], t.corners[1], t.corners[2]));
     vec2 place = vec2(pixel + uvec2(0u, push.first_seen));

@@ -5,7 +5,7 @@
 //! with GATHERED except none
 //! with AOVS
 //! with ASKS only rays
-// Image: shades listed fragments. A thread per fragment. With ASKS it asks for the light of list items instead.
+// Image: shades listed fragments. A thread per fragment. With ASKS it requests the light of list items instead.
 
 #include "common/spread.glsl"
 #include "ground/image/fragments.glsl"
@@ -28,7 +28,7 @@ layout(rgba32f) writeonly uniform image2D shaded[1];
 void main() {
     uint count = min(fragment_count.count, uint(fragments.length()));
     uint block = block_at(gl_WorkGroupID.x, (count + 63u) / 64u);
-    // Threads beyond the last fragment shade it again: llvmpipe takes a third longer where main has a branch.
+    // Threads beyond the last fragment repeat its work: llvmpipe takes a third longer if main has a branch.
     uint slot = min(block * 64u + gl_LocalInvocationID.x, count - 1u);
     COUNT(WORDS, 3u);
     Fragment f = fragments[slot];

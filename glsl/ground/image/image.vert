@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Image: fetches from the triangle buffer. A single-sided triangle seen from behind is not drawn.
+// Image: fetches corners from the triangle buffer. A single-sided triangle seen from behind is not drawn.
 
 #include "ground/layout.glsl"
 #include "ground/constants.glsl"
@@ -24,7 +24,7 @@ void main() {
     uint corner = uint(gl_VertexIndex) % 3u;
     uint place = uint(gl_VertexIndex) / 3u;
     if (BLENDED != 0u) {
-        place = slots[blended_sources[place]] - 1u; // ~0 where the triangle was dropped
+        place = slots[blended_sources[place]] - 1u; // ~0 if the triangle was dropped
     }
     out_triangle = min(place, uint(triangles.length()) - 1u);
     vec3 a = triangles[out_triangle].corners[0];

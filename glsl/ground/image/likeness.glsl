@@ -1,13 +1,13 @@
-// Weights by which neighbouring places share gathered diffuse light. The includer declares `frame`.
+// Weights by which neighbouring places share gathered light. The includer declares `frame`.
 
 #include "common/lobe.glsl"
 #include "ground/boxes.glsl"
 
-// In voxels of a box of edge 64, whatever the box's: finer voxels must not share less.
-const float SHARED_PLANE = 0.5; // that a place may lie off the other's plane
-const float SHARED_REACH = 8.0; // at which a place counts half
+// In voxels of a box of edge 64, for every size of box: finer voxels must not share less.
+const float SHARED_PLANE = 0.5; // allowed distance of a place from the other's plane
+const float SHARED_REACH = 8.0; // distance at which a place counts half
 
-// 1 for the same place, 0 for another surface. Unit normals n and m.
+// A weight from 1 for the same place to 0 for another surface. n and m are unit normals.
 float likeness(vec3 p, vec3 n, vec3 q, vec3 m) {
     vec3 apart = (q - p) * (box_at(p).scale * (64.0 / float(EDGE)));
     float off_plane = max(abs(dot(apart, n)), abs(dot(apart, m)));
@@ -18,9 +18,9 @@ float likeness(vec3 p, vec3 n, vec3 q, vec3 m) {
     return facing * facing * near * max(1.0 - off_plane / SHARED_PLANE, 0.0);
 }
 
-// How alike the light of lamps is that two places mirror in lobes of that α. GGX's lobe falls off with the angle
-// between its middle and the half vector, which turns half as far as the mirror's way. In mirrors points on lamps find
-// nothing.
+// The likeness of the specular reflection of lamps at two places, in lobes of that α. GGX's lobe falls off with the
+// angle between its middle and the half vector, which changes half as fast as the mirror direction. Points on lamps
+// find no light in mirrors.
 float mirrored_alike(vec3 p, vec3 n, vec3 q, vec3 m, float alpha) {
     vec3 to_p = frame.orthographic != 0u ? frame.forward : normalize(p - frame.eye);
     vec3 to_q = frame.orthographic != 0u ? frame.forward : normalize(q - frame.eye);
@@ -28,8 +28,8 @@ float mirrored_alike(vec3 p, vec3 n, vec3 q, vec3 m, float alpha) {
     return alpha < MIN_ALPHA ? 1.0 : exp(-0.25 * dot(apart, apart) / (alpha * alpha));
 }
 
-// A unit vector in 22 bits, exact as a float: an octahedron's map (Cigolle et al., "A Survey of Efficient
-// Representations for Independent Unit Vectors", JCGT 2014). Two bits are left for links.
+// A unit vector in 22 bits, exact as a float: an octahedral map (Cigolle et al., "A Survey of Efficient Representations
+// for Independent Unit Vectors", JCGT 2014). Two bits remain for links.
 float pack_normal(vec3 n) {
     vec2 p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
     vec2 folded = (1.0 - abs(p.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(p, vec2(0.0)));
@@ -47,7 +47,7 @@ vec3 unpack_normal(float packed) {
     return normalize(n);
 }
 
-// Links of a gathered pixel: nothing stands between it and the one on its right, and the one below it.
+// Links of a gathered pixel: there is no obstacle between it and its right neighbour, or its lower neighbour.
 const uint LINK_RIGHT = 1u;
 const uint LINK_DOWN = 2u;
 
@@ -56,7 +56,7 @@ float pack_links(float packed, uint links) {
     return packed + 4194304.0 * float(links);
 }
 
-// The links beside a packed normal; none where nothing gathers.
+// The links next to a packed normal; none without gathering.
 uint unpack_links(float packed) {
     return uint(max(packed, 0.0) / 4194304.0);
 }

@@ -1,15 +1,15 @@
-// Whether something stands between two places of one surface, so that the light of one is not the other's: a thin wall
-// that is seen on edge, a board on a floor.
+// Whether an obstacle lies between two places of one surface, so that they do not share light: a thin wall seen on
+// edge, or a board on a floor.
 
 #include "ground/ray.glsl"
 
-// Of the distance between two places, how far off their surface the ray between them runs. The surface may bend as much
-// as a circle whose radius is 1.25 times that distance; what stands less high than the ray goes unseen.
+// The height of the ray between two places over their surface, as a share of their distance. The surface may bend like
+// a circle whose radius is 1.25 times that distance; obstacles below the ray are missed.
 const float LINK_LIFT = 0.1;
-// Of the light, what must come through all that stands between: a pane that dims it parts two places as a wall does.
+// The share of light that must pass all obstacles: a pane that dims it separates two places like a wall.
 const float LINK_CLEAR = 0.9;
 
-// Unit normals n and m. The places must not be the same.
+// n and m are unit normals. The places must differ.
 bool linked(vec3 p, vec3 n, vec3 q, vec3 m) {
     float lift = LINK_LIFT * length(q - p);
     vec3 from = p + lift * n;

@@ -1,9 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Links: which gathered pixels and their neighbours on the right and below lie on one surface with nothing between
-// them, neither a wall nor a crease. The pass share goes along these links, and the pass image looks for light across
-// them.
+// Links: finds gathered pixels that lie on one surface with their right or lower neighbour, without a wall or a crease
+// between them. The pass share follows these links, and the pass image looks for light across them.
 
 #include "ground/constants.glsl"
 #include "ground/image/likeness.glsl"
@@ -11,19 +10,19 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-uniform sampler2D gathered; // position, packed normal, −1 where nothing gathers
-layout(rgba32f) writeonly uniform image2D linked_surfaces; // with links beside the normal
+uniform sampler2D gathered; // position, packed normal, −1 without gathering
+layout(rgba32f) writeonly uniform image2D linked_surfaces; // with links in the normal's word
 
 layout(push_constant) uniform Push {
     uint rows; // of this band
 } push;
 
-// Of the difference of two normals at a crease: it is larger than this, and than so many times what it is beside it.
+// The minimum difference of normals at a crease, and the minimum multiple of the difference next to it.
 const float LEAST_CREASE = 0.07;
 const float CREASE = 2.0;
 
-// How far the surface turns between two neighbours, as the length of the difference of their normals; −1 where they do
-// not show one surface.
+// The change of normal between two neighbours, as the length of the difference of their normals; −1 if they do not show
+// one surface.
 float turn(ivec2 from, ivec2 to, ivec2 size) {
     vec4 p = texelFetch(gathered, clamp(from, ivec2(0), size - 1), 0);
     vec4 q = texelFetch(gathered, clamp(to, ivec2(0), size - 1), 0);
@@ -51,7 +50,7 @@ void main() {
         float beside = max(turn(2 * at - to, at, size), turn(to, 2 * to - at, size));
         bool crease = beside >= 0.0 && here_to_there > LEAST_CREASE + CREASE * beside;
         bool may_share = here_to_there >= 0.0 && !crease;
-        // A loop, which a CPU device leaves early.
+        // This is a loop, which a CPU device leaves early.
         for (uint tests = may_share ? 1u : 0u; tests > 0u; tests--) {
             links |= linked(here.xyz, normal, there.xyz, other) ? LINK_RIGHT << k : 0u;
         }

@@ -2,8 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with MULTISAMPLED
-// Which blended triangle every sample sees first, of those that no opaque surface hides: light is gathered there for
-// it.
+// The nearest blended triangle of every sample that no opaque surface hides: light is gathered for it.
 
 layout(location = 0) flat in uint in_triangle;
 layout(location = 1) flat in uint in_back;

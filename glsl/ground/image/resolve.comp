@@ -5,10 +5,10 @@
 //! with DRAWN
 //! with MULTISAMPLED
 //! with BLENDS
-// Resolve: every sample of a pixel shows the sky, or the opaque surface before it, and over these the blended surfaces,
-// back to front; the pixel shows the mean of its samples. A thread per pixel. Opaque surfaces come from the list of
-// fragments or, with DRAWN, from images into which they were drawn, with MULTISAMPLED of four samples. With BLENDS some
-// surface is blended.
+// Resolve: every sample of a pixel shows the sky or the opaque surface in front of it, and over these the blended
+// surfaces, back to front; the pixel shows the mean of its samples. A thread per pixel. Opaque surfaces come from the
+// list of fragments or, with DRAWN, from images into which they were drawn, with MULTISAMPLED of four samples. With
+// BLENDS some surface is blended.
 
 #include "common/count.glsl"
 #include "ground/sky.glsl"
@@ -42,20 +42,20 @@ uniform sampler2D shaded_blended[OUTPUTS];
 #endif
 
 layout(push_constant) uniform Push {
-    vec3 sky; // radiance, where it is the same all around
+    vec3 sky; // radiance of a uniform sky
     uint varied_sky;
-    uint first_seen; // of the image, the first row that this band sees
-    uint first; // of those rows
+    uint first_seen; // the first row of the image that this band sees
+    uint first; // relative to those rows
 } push;
 
 const float FAR = 1e36; // as in src/ground/image/target.rs
 
-// The outputs of a sample: radiance, then the further layers, each premultiplied by opacity, with opacity.
+// The outputs of a sample: radiance and further layers, each premultiplied by opacity, and opacity.
 struct Colors {
     vec4 of[OUTPUTS];
 };
 
-// A texel of each of an array's images.
+// One texel of each image of an array.
 #ifdef AOVS
 #define COLORS(images, at, i) \
     Colors(vec4[OUTPUTS](texelFetch(images[0], at, i), texelFetch(images[1], at, i), texelFetch(images[2], at, i), \
@@ -64,7 +64,7 @@ struct Colors {
 #define COLORS(images, at, i) Colors(vec4[OUTPUTS](texelFetch(images[0], at, i)))
 #endif
 
-// The outputs of a pixel where there is no surface.
+// The outputs of a pixel without a surface.
 Colors behind(uvec2 pixel) {
     vec3 sky = push.sky;
     if (push.varied_sky != 0u) {
@@ -85,7 +85,7 @@ Colors behind(uvec2 pixel) {
 
 void main() {
     uint width = uint(frame.image_size.x);
-    // Threads beyond the last column resolve it again.
+    // Threads beyond the last column repeat its work.
     uvec2 at = uvec2(min(gl_GlobalInvocationID.x, width - 1u), push.first + gl_GlobalInvocationID.y);
     uint place = at.y * width + at.x;
     uvec2 pixel = at + uvec2(0u, push.first_seen);

@@ -1,4 +1,4 @@
-// The visibility buffer: what every sample of the pixels sees that a band sees.
+// The visibility buffer: the triangle of every sample in the pixels that a band sees.
 //! with MULTISAMPLED
 
 #ifdef MULTISAMPLED
@@ -9,7 +9,7 @@ const uint PIXEL_SAMPLES = 1u;
 uniform usampler2D seen;
 #endif
 
-// 0: nothing.
+// 0: no triangle.
 uint seen_by(uvec2 pixel, uint i) {
     return texelFetch(seen, ivec2(pixel), int(i)).r;
 }

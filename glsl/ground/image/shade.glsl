@@ -1,5 +1,5 @@
-// Shades what a pixel sees of a triangle: direct light at every sample that sees it and, once, what the method looks
-// up. With GATHERED, diffuse light comes from the passes gather and share. Needs: push.first_row.
+// Shades the visible part of a triangle in a pixel: direct light at every sample that sees it and, once, the method's
+// look-up. With GATHERED, diffuse light comes from the passes gather and share. Needs: push.first_row.
 //! per method
 //! with GATHERED except none
 //! with AOVS
@@ -26,8 +26,8 @@ struct Shown {
 #endif
 };
 
-// Light that arrives without a bounce, averaged over the covered samples or from the surface's point. `through_share`:
-// what Fresnel and layers leave of what is scattered to the far side.
+// Direct light, averaged over the covered samples or at the surface's point. `through_share` is the share that Fresnel
+// and layers leave for light scattered to the far side.
 vec3 lights_directly(Surface s, vec3 a, uvec2 pixel, uint covered, float through_share) {
     vec3 sum = vec3(0.0);
     covered = feature(FEATURE_DIRECT_PER_PIXEL) ? 1u : covered;
@@ -40,7 +40,7 @@ vec3 lights_directly(Surface s, vec3 a, uvec2 pixel, uint covered, float through
         vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - position);
         for (uint k = 0u; k < frame.light_count; k++) {
             LightSample to = sample_light(lights[k], position, frame.voxel_m);
-            // Single rays find the sky's lights in smooth surfaces, so that lobes leave them out there.
+            // Single rays find the sky's lights in smooth surfaces, so lobes leave them out.
             vec3 reflected = to.irradiance * brdf_cos(s, view, to.direction, lights[k].kind == LIGHT_SKY);
             Surface lit = s;
             if (sends_through(s) && dot(s.normal, to.direction) < 0.0) {
@@ -56,13 +56,14 @@ vec3 lights_directly(Surface s, vec3 a, uvec2 pixel, uint covered, float through
     return sum / float(max(count, 1u));
 }
 
-// How far the shading normal turns over half a pixel, radians, normal maps left out.
+// The change of the shading normal over half a pixel in radians, without normal maps.
 float normal_bend(Attributes attributes, PlaceOnTriangle at) {
     return 0.5 * max(length(attributes.normals * at.across), length(attributes.normals * at.down));
 }
 
-// `pixel`: of the image. `covered`: its samples that see the triangle. All of them: its middle is shaded; else the
-// middle of these, which lies in the triangle as well. `nearest`: light is gathered for the nearest surfaces of a kind.
+// `pixel` is in the image. `covered` are its samples that see the triangle. If all do, the pixel's middle is shaded;
+// otherwise the middle of these samples, which also lies in the triangle. `nearest`: light is gathered for the nearest
+// surfaces of a kind.
 Shown shade(uint triangle, bool back, uvec2 pixel, uint covered, bool nearest) {
     Triangle t = triangles[triangle];
     Attributes attributes = attributes_of(triangle);
@@ -89,7 +90,7 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered, bool nearest) {
 #ifndef ASKS
     if (lit) {
         direct += lights_directly(s, a, pixel, covered, viewed.lobes.diffuse);
-        // With a coat twice: what lies under it, and itself.
+        // This runs twice for a coat: for the surface under it, and for the coat.
         for (uint layer = 0u; layer < (FINDS_LAMPS ? 0u : feature(FEATURE_CLEARCOAT) ? 2u : 1u); layer++) {
             direct += lamps_along_rays(layer == 0u ? s : coat_of(s), layer == 0u ? viewed : coat_viewed(viewed));
         }
@@ -101,13 +102,13 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered, bool nearest) {
         gathered = gathered_nearby(pixel, s.position, s.normal, narrowest_alpha(s));
     }
 #endif
-    // A surface of which no gathered pixel shows anything looks up for itself, one at an edge looks for lamps itself,
-    // and so does every far side: that is not gathered with neighbours, so it takes all directions that these would
-    // have. Loops, which a CPU device leaves early, name each look-up once: drivers copy it into every place that calls
-    // it.
+    // A surface that no gathered pixel shows computes its own look-up, a surface at an edge its own lamps, and so does
+    // every far side, which is not gathered with neighbours and takes all directions that these would have. These are
+    // loops, which a CPU device leaves early, and which name each look-up once, because drivers inline it at every
+    // call.
     Outgoing through = Outgoing(vec3(0.0), vec3(0.0));
     uint near = lit && !gathered.found ? 1u : 0u;
-    // A metal's reflection of lamps changes more from pixel to pixel than its reflection of all else.
+    // A metal's reflection of lamps varies more from pixel to pixel than its other reflection.
     uint near_lamps = lit && !(gathered.found_lamps && gathered.found_lamp_lobes && scatters(s)) ? 1u : 0u;
     uint far = lit && sends_through(s) ? 1u : 0u;
     for (uint i = 0u; i < near_lamps + far; i++) {
@@ -161,7 +162,7 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered, bool nearest) {
             if (layer > 0u) {
                 glossy = coat_of(s);
                 seen = coat_viewed(viewed);
-                // The mirrored light was gathered for the surface under it.
+                // The specular light was gathered for the surface under the coat.
                 seen.gathered = seen.lobes.specular * gathered.light.rgb;
             }
             add_glossy(sent, glossy, seen);

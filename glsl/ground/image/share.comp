@@ -2,9 +2,10 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with LOBES
-// Share: every gathered pixel takes the mean of its neighbours on the same surface. The square has an odd side,
-// its border counts half: each of the INTERLEAVE² patterns counts the same. A neighbour counts if links lead to it,
-// each away from the middle. Later passes over a still share half as far: noise goes as they add up, a blur would stay.
+// Share: every gathered pixel takes the mean over its neighbours on the same surface. The square has an odd side, and
+// its border has half weight, so that each of the INTERLEAVE² patterns has the same weight. A neighbour counts if a
+// chain of links leads to it, each away from the middle. Later passes over a still image share over half the distance,
+// because noise averages out and blur does not.
 
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
@@ -15,7 +16,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-uniform sampler2D surfaces; // position, packed normal and links, −1 where nothing gathers
+uniform sampler2D surfaces; // position, packed normal and links, −1 without gathering
 uniform sampler2D light;
 uniform sampler2D lamps;
 uniform sampler2D lamps_specular;
@@ -32,9 +33,9 @@ layout(push_constant) uniform Push {
 } push;
 
 const int REACH = int(INTERLEAVE / 2u);
-const uint FAR_PASSES = 4u; // that share as far as REACH
+const uint FAR_PASSES = 4u; // number of passes that share over all of REACH
 
-// The links to the right and those down of a row's pixels from x − REACH on, a bit each from the least one on; `at` may
+// The right links and the lower links of a row's pixels from x − REACH, one bit each, the lowest bit first. `at` may
 // lie outside of an image of `size`, which no link leaves.
 uvec2 links_of_row(ivec2 at, ivec2 size) {
     uvec2 row = uvec2(0u);
@@ -48,7 +49,7 @@ uvec2 links_of_row(ivec2 at, ivec2 size) {
     return row;
 }
 
-// The pixels of a row that links to the right lead to, away from its middle, from those in `found` on.
+// The pixels of a row that right links reach, away from its middle, from those in `found`.
 uint along_row(uint found, uint rights) {
     for (int x = 0; x < REACH; x++) {
         uint right = 1u << (REACH + x);
@@ -59,7 +60,7 @@ uint along_row(uint found, uint rights) {
     return found;
 }
 
-// Whether two shares of lamps that no shadow takes, found by LAMP_POINTS points each, may be those of one place.
+// Whether two unshadowed shares of lamps, each estimated with LAMP_POINTS points, may be equal.
 float open_alike(float a, float b) {
     float mean = 0.5 * (a + b);
     float variance = 2.0 * mean * (1.0 - mean) / float(LAMP_POINTS);
@@ -84,7 +85,7 @@ void main() {
     float specular_total = 0.0;
     float open = LAMPS == LAMPS_SAMPLED ? texelFetch(lamps, at, 0).w : 1.0;
     float alpha = LAMPS == LAMPS_SAMPLED ? texelFetch(lamps_specular, at, 0).w : 0.0;
-    // The pixel's own row, those below it, those above it.
+    // The pixel's own row, then those below, then those above.
     uvec2 own_links = links_of_row(at, size);
     uvec2 links = own_links;
     uint own = along_row(1u << REACH, own_links.x);
@@ -95,7 +96,7 @@ void main() {
             bool turns = k == REACH + 1;
             uvec2 before = turns ? own_links : links;
             links = links_of_row(at + ivec2(0, y), size);
-            // A link down is kept by the upper one of its two pixels.
+            // A lower link is stored at the upper one of its two pixels.
             found = along_row((turns ? own : found) & (y > 0 ? before : links).y, links.x);
         }
         for (int x = -REACH; x <= REACH; x++) {

@@ -2,13 +2,13 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with MASKED
-// Which triangle every sample of the image sees: a visibility buffer (Burns and Hunt, JCGT 2013). With MASKED, alpha
-// masks leave holes.
+// The visible triangle of every sample: a visibility buffer (Burns and Hunt, JCGT 2013). With MASKED, alpha masks leave
+// holes.
 
 layout(location = 0) flat in uint in_triangle;
 layout(location = 1) flat in uint in_back;
 
-// 1 + 2 × the triangle's place among those recorded + whether it is seen from behind.
+// 1 + 2 × the index of the recorded triangle + whether it is seen from behind.
 layout(location = 0) out uint out_seen;
 
 #ifdef MASKED

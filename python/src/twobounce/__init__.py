@@ -95,7 +95,7 @@ class Image:
         return self._core.compare(reference._core)
 
     def _repr_png_(self) -> bytes:
-        # A notebook shows it.
+        # Notebooks display pictures by this method.
         import tempfile
 
         with tempfile.TemporaryDirectory() as folder:
@@ -261,7 +261,7 @@ def render(
     preset: one of :data:`PRESETS`. settings: keys that differ, such as ``{"voxels": 64, "method": "cones"}``;
     :func:`settings` shows all. size: width and height in pixels. noise: passes are added until the root mean square
     of the pixels' relative error is at most this share (0.02 by default); with ``refine=False`` there is one pass,
-    or ``image.passes``. time_limit: no pass begins after so many seconds. progress: is called before each pass with
+    or ``image.passes``. time_limit: no pass begins after this many seconds. progress: is called before each pass with
     the number of passes and about how many it takes, None at first; an exception there, as Ctrl-C, ends the work
     and is raised. device: a name or an index; memory_limit: bytes; validation: with Vulkan's layers.
 
@@ -329,7 +329,7 @@ _LOOK = frozenset(
 
 
 def _look(size: Any, look: dict[str, Any]) -> dict[str, Any]:
-    """What is seen, as the native part takes it."""
+    """The view and the light, in the form that the native part takes."""
     unknown = sorted(set(look) - _LOOK)
     if unknown:
         raise TypeError(f"there is no keyword {unknown[0]!r}; there are {', '.join(sorted(_LOOK))}")

@@ -1,7 +1,7 @@
-//! The suite: scenes with cameras, references that know their own error, and rows of anybody's images.
+//! The suite: scenes with cameras, references with known errors, and rows for images of any program.
 //!
-//! `suite/suite.toml` lists the scenes. A reference is the mean of traces with other seeds, and their spread is its
-//! standard error. Every row is held against all light by the definition that all charts share.
+//! `suite/suite.toml` lists the scenes. A reference is the mean of traces with different seeds, whose spread gives its
+//! standard error. Every row is compared with all light by the definition of all charts.
 
 mod rows;
 
@@ -27,11 +27,11 @@ pub use rows::{COLUMNS, Judged, Rows};
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Suite {
-    /// Sides of the square images in pixels. The first one is traced, the others are its means.
+    /// Sides of the square images in pixels. The first one is traced, and the others are averages of it.
     pub sides: Vec<u32>,
-    /// A trace for each seed.
+    /// Seeds of the traces.
     pub seeds: Vec<u64>,
-    /// Set in every preset that is rendered.
+    /// Settings for every rendered preset.
     pub settings: Vec<String>,
     #[serde(rename = "scene")]
     pub scenes: Vec<Entry>,
@@ -44,16 +44,16 @@ pub struct Suite {
 #[serde(deny_unknown_fields)]
 pub struct Entry {
     pub name: String,
-    /// From the suite's folder.
+    /// The path relative to the suite's folder.
     pub file: PathBuf,
-    /// The moment within the file's animation.
+    /// The time within the file's animation in seconds.
     pub time_s: f64,
     pub eye: [f64; 3],
     pub target: [f64; 3],
     pub up: [f64; 3],
-    /// Vertical.
+    /// Vertical field of view.
     pub fov_degrees: f64,
-    /// Of each trace, a pixel.
+    /// Samples per pixel of each trace.
     pub samples: u32,
 }
 
@@ -61,7 +61,7 @@ impl Suite {
     /// Reads `suite.toml` of a folder.
     ///
     /// # Errors
-    /// [`Error::File`]: it cannot be read, or is no such file.
+    /// [`Error::File`] if it cannot be read or has another format.
     pub fn read(folder: &Path) -> Result<Self> {
         let path = folder.join("suite.toml");
         let wrong =
@@ -75,10 +75,10 @@ impl Suite {
         }
     }
 
-    /// The scenes of these names; all where none is given.
+    /// The scenes with these names; all without names.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a name that no scene has.
+    /// [`Error::Usage`] for a name without a scene.
     pub fn named(&self, names: &[String]) -> Result<Vec<&Entry>> {
         let all: Vec<&str> = self.scenes.iter().map(|scene| scene.name.as_str()).collect();
         let find = |name: &String| {
@@ -98,10 +98,10 @@ impl Suite {
         ["", "-error"].map(|end| self.folder.join(format!("references/{}-{side}{end}.exr", scene.name)))
     }
 
-    /// A reference of all light, as it was written.
+    /// A stored reference of all light.
     ///
     /// # Errors
-    /// [`Error::File`]: it is missing, or is not of this size.
+    /// [`Error::File`] if it is missing or has another size.
     pub fn reference(&self, scene: &Entry, side: u32) -> Result<ReferenceImage> {
         let read = |path: PathBuf| match Layers::read_exr(&path) {
             Ok((layers, _)) if (layers.width, layers.height) == (side, side) => Ok(layers),
@@ -116,10 +116,10 @@ impl Suite {
         Ok(ReferenceImage { depth: Depth::Full, noise, layers, noise_in_rel })
     }
 
-    /// Writes the references of all sides from traces of the first one. `header`: of the image.
+    /// Writes the references of all sides from traces of the first one. `header` is that of the images.
     ///
     /// # Errors
-    /// [`Error::File`]: a file cannot be written.
+    /// [`Error::File`] if a file cannot be written.
     pub fn write_references(&self, scene: &Entry, traces: &[Layers], header: &Metadata) -> Result<()> {
         file::create_folder(&self.folder.join("references"))?;
         for &side in &self.sides {
@@ -133,10 +133,10 @@ impl Suite {
         Ok(())
     }
 
-    /// The settings of a row: a preset, those of the suite, then `sets`.
+    /// The settings of a row: a preset, then those of the suite, then `sets`.
     ///
     /// # Errors
-    /// [`Error::Usage`]: there is no such preset or setting, or the light is not all light.
+    /// [`Error::Usage`] if a preset or setting does not exist, or the bounces are limited.
     pub fn row(&self, preset: &str, sets: &[String]) -> Result<Row> {
         let mut settings = Settings::preset(preset)?;
         self.settings.iter().chain(sets).try_for_each(|set| settings.set(set))?;
@@ -153,9 +153,10 @@ fn noise(image: &Layers, error: &Layers) -> f64 {
     relative_noise(image.beauty().iter().zip(error.beauty()).map(|(value, error)| (wide(value), wide(error))))
 }
 
-/// The mean of traces of a square image and the standard error of that mean, with this side.
+/// The mean of traces of a square image, and the standard error of that mean, at this side.
 fn mean(traces: &[Layers], side: u32) -> [Layers; 2] {
-    // Bits of a mantissa, so that files are small: a half has as many, and an error of few traces is not known better.
+    // The bits of a mantissa are limited to keep files small: a half float has as many, and the standard error of a few
+    // traces is less certain.
     const VALUE_BITS: u32 = 10;
     const ERROR_BITS: u32 = 3;
     let (n, first) = (traces.len() as f64, &traces[0]);
@@ -176,7 +177,7 @@ fn mean(traces: &[Layers], side: u32) -> [Layers; 2] {
     [image, error]
 }
 
-/// A square image whose pixels are means over blocks of another one's.
+/// A square image whose pixels are averages over blocks of another one.
 fn shrunk(pixels: &[[f32; 3]], from: u32, side: u32) -> Vec<DVec3> {
     let (step, mut sums) = (from / side, vec![DVec3::ZERO; (side * side) as usize]);
     for (at, pixel) in pixels.iter().enumerate() {
@@ -186,7 +187,7 @@ fn shrunk(pixels: &[[f32; 3]], from: u32, side: u32) -> Vec<DVec3> {
     sums
 }
 
-/// The nearest values with so many bits after the first of the mantissa.
+/// The nearest values with `bits` bits after the first one of the mantissa.
 fn rounded(value: DVec3, bits: u32) -> [f32; 3] {
     let unit = 1 << (f32::MANTISSA_DIGITS - 1 - bits);
     value.as_vec3().to_array().map(|value| f32::from_bits((value.to_bits() + unit / 2) & !(unit - 1)))
@@ -215,12 +216,12 @@ mod tests {
         let [image, error] = mean(&traces, 2);
         assert_eq!(image.beauty().iter().map(|p| p[0]).collect::<Vec<_>>(), [2.0, 1.0, 1.0, 2.0]);
         assert_eq!(image.get(Aov::Direct), Some(image.beauty()));
-        // Two values that are 2 apart: their variance is 2, that of their mean 1.
+        // Two values differ by 2, so their variance is 2, and that of their mean is 1.
         assert_eq!(error.beauty().iter().map(|p| p[0]).collect::<Vec<_>>(), [1.0, 0.0, 0.0, 1.0]);
         let [image, error] = mean(&traces, 1);
         // The pixel's two values are 1 and 2.
         assert_eq!((image.beauty()[0][0], error.beauty()[0][0]), (1.5, 0.5));
-        let step = 1.0 / 1024.0; // between 1 and 2, of 10 bits
+        let step = 1.0 / 1024.0; // between 1 and 2, with 10 bits
         let values = DVec3::new(1.0 + 0.4 * step, 1.0 + 0.6 * step, -1.01);
         assert_eq!(rounded(values, 10), [1.0, 1.0 + step as f32, -1.0097656]);
     }

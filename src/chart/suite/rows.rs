@@ -1,4 +1,4 @@
-//! Rows of the suite, `rows.csv`, and the pages that show them.
+//! Rows of the suite, `rows.csv`, and its pages.
 
 use std::cmp::Reverse;
 use std::fmt::Write as _;
@@ -12,7 +12,7 @@ use crate::lab::table;
 use crate::output::{file, read};
 use crate::{Error, Result};
 
-/// The columns of `rows.csv`: what a row is, then its errors against all light. Docs: `suite/README.md`.
+/// The columns of `rows.csv`: the row's identity, then its errors against all light. Documented in `suite/README.md`.
 pub const COLUMNS: [&str; 17] = [
     "scene",
     "side_pixels",
@@ -35,9 +35,9 @@ pub const COLUMNS: [&str; 17] = [
 
 /// Cells in the order of [`COLUMNS`].
 #[derive(Clone, Debug, PartialEq)]
-struct Line([String; COLUMNS.len()]);
+struct SuiteLine([String; COLUMNS.len()]);
 
-impl Line {
+impl SuiteLine {
     fn cell(&self, column: &str) -> &str {
         COLUMNS.iter().zip(&self.0).find(|(name, _)| **name == column).map_or("", |(_, cell)| cell)
     }
@@ -46,22 +46,22 @@ impl Line {
         self.cell(column).parse().unwrap_or(f64::NAN)
     }
 
-    /// The cells in which no two rows agree.
+    /// The cells that identify a row.
     fn identity(&self) -> [&str; 5] {
         ["scene", "side_pixels", "name", "device", "by"].map(|column| self.cell(column))
     }
 
-    /// A cell for a Markdown page, in which a given text is no markup.
+    /// A cell for a Markdown page, with markup escaped in texts of others.
     fn shown(&self, column: &str) -> String {
         self.cell(column).replace('\\', "\\\\").replace('|', "\\|").replace('<', "&lt;")
     }
 
-    /// The cells that head a row of the overview, as it is sorted: source, name and device.
+    /// The cells that identify a row of the overview, in the order of sorting: source, name and device.
     fn names(&self) -> [String; 3] {
         ["source", "name", "device"].map(|column| self.shown(column))
     }
 
-    /// A number with so many digits after the point.
+    /// A number with `digits` decimals.
     fn rounded(&self, column: &str, digits: usize) -> String {
         let number = self.number(column);
         if number.is_finite() { format!("{number:.digits$}") } else { table::MISSING.to_owned() }
@@ -70,17 +70,17 @@ impl Line {
 
 /// The rows of `rows.csv`.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Rows(Vec<Line>);
+pub struct Rows(Vec<SuiteLine>);
 
-/// A page for those who have none around the tables.
+/// A page for folders without their own.
 const PAGE: &str = "# Rows of the suite\n\nErrors are `rel`, against all light; less is better. (a) is the whole image, (b) the indirect light on \
                     diffuse surfaces.\n\n<!-- table: overview -->\n<!-- end -->\n";
 
 impl Rows {
-    /// The rows of a folder; none where it has no `rows.csv`.
+    /// The rows of a folder; empty if it has no `rows.csv`.
     ///
     /// # Errors
-    /// [`Error::File`]: the folder holds something else.
+    /// [`Error::File`] if the file has another format.
     pub fn read(folder: &Path) -> Result<Self> {
         let (path, page) = (folder.join("rows.csv"), folder.join("README.md"));
         let other = |path: &Path| Error::file(path, "is no file of the suite; name another folder with -o");
@@ -91,17 +91,17 @@ impl Rows {
             return Ok(Self::default());
         }
         let (head, lines) = table::from_csv(&read::text(&path, "table of rows")?).map_err(|_| other(&path))?;
-        let line = |row: &table::CsvRow| Line(COLUMNS.map(|column| row.cell(column).to_owned()));
+        let line = |row: &table::CsvRow| SuiteLine(COLUMNS.map(|column| row.cell(column).to_owned()));
         if head == COLUMNS { Ok(Self(lines.iter().map(line).collect())) } else { Err(other(&path)) }
     }
 
-    /// Adds rows, each in the place of that of the same scene, side, name, device and giver.
+    /// Adds rows. Each replaces a row with the same scene, side, name, device and giver.
     pub fn unite(&mut self, others: Self) {
         self.0.retain(|line| others.0.iter().all(|other| other.identity() != line.identity()));
         self.0.extend(others.0);
     }
 
-    /// Adds a row and says it in a line. `device`: on which it was measured.
+    /// Adds a row and prints it in a line. `device` is the device of the measurement.
     pub fn add(&mut self, of: &ChartScene, row: &Row, Judged { errors, milliseconds, device }: Judged) -> String {
         let (source, by, note) = match &row.source {
             Source::Settings => ("preset", None, Some(row.changes.join(" "))),
@@ -116,7 +116,7 @@ impl Rows {
         cells.extend([milliseconds, total.rel, total.energy, total.relmse, total.p95, errors.flip].map(short));
         cells.extend([diffuse.map(|d| d.rel), diffuse.map(|d| d.energy)].map(number));
         cells.extend([Some(errors.noise_in_rel.total), errors.noise_in_rel.diffuse].map(number));
-        let line = Line(cells.try_into().expect("a cell for each column"));
+        let line = SuiteLine(cells.try_into().expect("a cell for each column"));
         let mut said = format!("{} {}, {}: {milliseconds:.1} ms", of.name, of.options.size.0, row.name);
         let _ = write!(said, ", rel {:.4} of all light, at most {:.4} by", total.rel, errors.noise_in_rel.total);
         said += " the reference's noise";
@@ -126,9 +126,9 @@ impl Rows {
 
     /// The rows as CSV, in the order of the suite.
     pub fn csv(&self, suite: &Suite) -> String {
-        let mut lines: Vec<&Line> = self.0.iter().collect();
-        let place = |line: &&Line| suite.scenes.iter().position(|scene| scene.name == line.cell("scene"));
-        let text = |line: &Line| line.identity().map(str::to_owned);
+        let mut lines: Vec<&SuiteLine> = self.0.iter().collect();
+        let place = |line: &&SuiteLine| suite.scenes.iter().position(|scene| scene.name == line.cell("scene"));
+        let text = |line: &SuiteLine| line.identity().map(str::to_owned);
         lines.sort_by_key(|line| (place(line), Reverse(line.number("side_pixels") as u64), text(line)));
         table::to_csv(std::iter::once(COLUMNS.map(str::to_owned)).chain(lines.into_iter().map(|line| line.0.clone())))
     }
@@ -136,7 +136,7 @@ impl Rows {
     /// The page with its tables filled.
     ///
     /// # Errors
-    /// A mark of a table without an end, and a reference that a table needs and that is missing.
+    /// The page has a mark of a table without an end, or a reference for a table is missing.
     pub fn fill(&self, suite: &Suite, page: &str) -> Result<String> {
         table::fill(page, |name, old| match (name, name.strip_prefix("rows ")) {
             ("cameras", _) => Ok(cameras(suite)),
@@ -149,13 +149,13 @@ impl Rows {
 
     /// Every row's error of the whole image, scene by scene, at the first side.
     fn overview(&self, suite: &Suite) -> String {
-        let is_large = |line: &&Line| line.number("side_pixels") == f64::from(suite.sides[0]);
-        let large: Vec<&Line> = self.0.iter().filter(is_large).collect();
+        let is_large = |line: &&SuiteLine| line.number("side_pixels") == f64::from(suite.sides[0]);
+        let large: Vec<&SuiteLine> = self.0.iter().filter(is_large).collect();
         let mut names: Vec<[String; 3]> = large.iter().map(|line| line.names()).collect();
         names.sort();
         names.dedup();
         let cell = |names: &[String; 3], scene: &Entry| {
-            let of = |line: &&&Line| line.cell("scene") == scene.name && line.names() == *names;
+            let of = |line: &&&SuiteLine| line.cell("scene") == scene.name && line.names() == *names;
             large.iter().find(of).map_or(table::MISSING.to_owned(), |line| line.rounded("total_rel", 3))
         };
         let row = |names: &[String; 3]| {
@@ -166,14 +166,14 @@ impl Rows {
         table::markdown(["row", "source", "device"].into_iter().chain(scenes), "---:", names.iter().map(row))
     }
 
-    /// The rows of a scene, of each size the one with the least error first.
+    /// The rows of a scene, for each size by increasing error.
     fn of_scene(&self, scene: &str) -> String {
         const HEAD: [&str; 9] =
             ["row", "pixels", "ms", "(a) rel", "(a) energy", "(b) rel", "(b) energy", "device", "how"];
-        let mut lines: Vec<&Line> = self.0.iter().filter(|line| line.cell("scene") == scene).collect();
-        let order = |line: &Line| (-line.number("side_pixels"), line.number("total_rel"));
+        let mut lines: Vec<&SuiteLine> = self.0.iter().filter(|line| line.cell("scene") == scene).collect();
+        let order = |line: &SuiteLine| (-line.number("side_pixels"), line.number("total_rel"));
         lines.sort_by(|a, b| order(a).partial_cmp(&order(b)).unwrap_or(std::cmp::Ordering::Equal));
-        let row = |line: &&Line| {
+        let row = |line: &&SuiteLine| {
             let digits = usize::from(line.number("milliseconds") < 10.0);
             let how = match line.cell("note") {
                 "" => line.shown("source"),
@@ -194,10 +194,10 @@ impl Rows {
         table::markdown(HEAD, "-::::::-", lines.iter().map(row))
     }
 
-    /// Writes the rows and fills the pages of a folder; where it has no page, one is made.
+    /// Writes the rows and fills the pages of a folder, which is created if it is missing.
     ///
     /// # Errors
-    /// [`Error::File`]: a file cannot be written. As [`Self::fill`].
+    /// [`Error::File`] if a file cannot be written; also as [`Self::fill`].
     pub fn write(&self, suite: &Suite, folder: &Path) -> Result<()> {
         file::create_folder(folder)?;
         file::write(&folder.join("rows.csv"), self.csv(suite).as_bytes())?;

@@ -1,4 +1,4 @@
-//! Images of other programs in a chart: the flags that name them, and what is checked across them.
+//! Images of other programs in a chart: their flags, and checks over all of them.
 
 use std::path::PathBuf;
 
@@ -11,25 +11,25 @@ use twobounce::{Error, Result};
 /// Images of other programs.
 #[derive(Args, Debug)]
 pub struct ImportArgs {
-    /// Judge an image of another program beside the settings: linear radiance of the chart's size and camera, with the
-    /// time that it took as you give it. Add ,exact-direct where its direct light is exact, and its indirect light is
-    /// judged too. May be given several times
+    /// Compare an image of another program with the settings: linear radiance with the size and camera of the chart,
+    /// and the time of a frame as you measured it. Add ,exact-direct if its direct light is exact, so that its indirect
+    /// light is compared too. May be given several times
     #[arg(long = "import", value_name = "NAME=IMAGE.exr,MS")]
     pub imports: Vec<String>,
-    /// Judge the images that this TOML file lists, with notes on who gives them: docs/usage.md has its keys
+    /// Compare the images in this TOML file, which can name their makers: docs/usage.md has its keys
     #[arg(long = "imports", value_name = "FILE.toml")]
     pub lists: Option<PathBuf>,
 }
 
 impl ImportArgs {
-    /// The images of all flags, not read yet.
+    /// The images of all flags, before they are read.
     pub fn named(&self) -> Result<Vec<Named>> {
         let typed = self.imports.iter().map(|text| Named::parse(text)).collect::<Result<Vec<_>>>()?;
         let listed = self.lists.iter().map(|path| Named::read(path)).collect::<Result<Vec<_>>>()?;
         Ok(typed.into_iter().chain(listed.into_iter().flatten()).collect())
     }
 
-    /// Reads and checks the images; none has the name of another one or of one of `others`.
+    /// Reads and checks the images. All names differ, also from those of `others`.
     pub fn open(&self, size: (u32, u32), others: &[Row]) -> Result<Vec<Row>> {
         let mut imports: Vec<Row> = Vec::new();
         for named in self.named()? {
@@ -52,7 +52,7 @@ impl ImportArgs {
     }
 }
 
-/// Whether every import is of one of the scenes, as the chart looks at it.
+/// Checks that every import belongs to one of the scenes and its view.
 pub(super) fn check(rows: &[Row], scenes: &[ChartScene]) -> Result<()> {
     let names: Vec<&str> = scenes.iter().map(|scene| scene.name.as_str()).collect();
     let names = names.join(", ");

@@ -1,4 +1,4 @@
-//! Common parts of `chart` and `study`: they open scenes, measure and keep missing rows, refine references and errors
+//! Common parts of `chart` and `study`: they open scenes, measure and store missing rows, refine references and errors
 //! in rounds, and write a folder.
 
 pub mod imports;
@@ -14,7 +14,7 @@ use twobounce::chart::export::Chart;
 use twobounce::chart::measure::{ChartScene, MOST_PATHS};
 use twobounce::chart::outline::{Outline, Planned};
 use twobounce::chart::row::Row;
-use twobounce::lab::store::{Origin, Row as _, Store, Stored, device_words};
+use twobounce::lab::store::{ExperimentRow as _, Origin, Store, Stored, device_words};
 use twobounce::output::file;
 use twobounce::reference::cache::Cache;
 use twobounce::stage::check_film;
@@ -28,46 +28,47 @@ use super::share::RowArgs;
 use super::{interrupt, out, words};
 use crate::say;
 
-/// How rows are measured.
+/// Options for measuring rows.
 #[derive(clap::Args, Debug)]
 pub struct BenchArgs {
-    /// Stop after this many minutes of measuring, references not counted; the same command continues later
+    /// Stop after this many minutes of measuring, without the time for references; the same command continues later
     #[arg(long, value_name = "M", value_parser = minutes)]
     pub budget_minutes: Option<Duration>,
-    /// Root mean square of the references' relative error, in the end: the first rows are compared with rough ones,
-    /// whose noise bars show, then errors are refined in rounds. `reference --noise` makes the same ones
+    /// Noise of the final references: root mean square of their relative error in percent. The first rows are compared
+    /// with rougher references, whose noise is shown as bars, and errors are refined in rounds. `reference --noise`
+    /// makes equal references
     #[arg(long, value_name = "PERCENT", default_value = "1", value_parser = percent)]
     pub reference_noise: f64,
     #[command(flatten)]
     pub rows: RowArgs,
-    /// Print the N commands that share the work, a line each, and do nothing
+    /// Print the N commands that share the work, one per line, and measure nothing
     #[arg(long, value_name = "N", conflicts_with = "shard", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub list: Option<u32>,
-    /// Path-trace along these numbers of paths a pixel too, for comparison; none: no path tracer
+    /// Also path-trace the scene with these numbers of paths per pixel; none: without the path tracer
     #[arg(long, value_name = "N,…|none", default_value = "1,4,16,64", value_parser = paths)]
-    pub paths: ::std::vec::Vec<u32>, // clap would take a plain `Vec` for one number a flag, but the parser gives the whole list
-    /// Join the times of several machines in one frontier, and say so; without this each machine has its own
+    pub paths: ::std::vec::Vec<u32>, // A plain `Vec` would mean one number a flag to clap.
+    /// Join the times of several machines in one frontier, with a note; otherwise each machine has its own
     #[arg(long)]
     pub mix_machines: bool,
-    /// Show earlier rows of the same settings, of other builds and of former states of the scene, beside today's
+    /// Also show earlier rows of the same settings: of other builds, and of earlier states of the scene
     #[arg(long)]
     pub history: bool,
-    /// Word for the history that says what is measured, such as a commit
+    /// A label for the history, such as the name of a commit
     #[arg(long, value_name = "TEXT")]
     pub label: Option<String>,
-    /// Print nothing but notes and errors
+    /// Print only notes and errors
     #[arg(short, long)]
     pub quiet: bool,
     #[command(flatten)]
     pub device: DeviceArgs,
 }
 
-/// Which settings on which scenes, and the folder that keeps them.
+/// The settings and scenes to measure, and the folder that keeps them.
 pub struct Bench<'a> {
-    /// How the scenes are looked at.
+    /// The view of the scenes.
     pub scene: &'a SceneArgs,
     pub paths: Vec<PathBuf>,
-    /// Without a result, and not placed in scenes yet.
+    /// Rows without results that are not placed in scenes yet.
     pub rows: Vec<Row>,
     pub folder: &'a Path,
     pub args: &'a BenchArgs,
@@ -83,10 +84,10 @@ fn paths(text: &str) -> std::result::Result<Vec<u32>, String> {
     Ok(numbers.into_iter().collect())
 }
 
-/// A page of one's own that is written from the chart as often as the others; says where.
+/// A function that writes a further page from the chart and returns its path.
 type Further<'a> = &'a dyn Fn(&Chart) -> Result<Option<PathBuf>>;
 
-/// A chart under way.
+/// A chart that is being filled.
 struct Filling<'a> {
     bench: &'a Bench<'a>,
     further: Further<'a>,
@@ -94,19 +95,19 @@ struct Filling<'a> {
     cache: Cache,
     scenes: Vec<ChartScene>,
     rows: Vec<PlannedRow>,
-    /// Every row of the chart, those of other shards too.
+    /// Every row of the chart, including those of other shards.
     all: Vec<Planned>,
-    /// Of rows that are made now, but for the time.
+    /// The origin of new rows, without the time.
     origin: Origin,
-    /// Whether it was said what was compiled.
+    /// Whether the note about compiled shaders was printed.
     told: bool,
 }
 
-/// A row of the chart, to be made or already there.
+/// A row of the chart, measured or not.
 struct PlannedRow {
     /// Index of its scene.
     scene: usize,
-    /// As it is called in this chart, without a result.
+    /// The row as named in this chart, without a result.
     row: Row,
     stored: Option<Stored<Row>>,
 }
@@ -119,8 +120,8 @@ impl BenchArgs {
 }
 
 impl Bench<'_> {
-    /// Measures the missing rows and writes the folder's files; says what is still missing. `further` writes a page of
-    /// its own from the chart, as often as the others are written, and says where.
+    /// Measures the missing rows and writes the folder's files. Prints how many rows are missing. `further` writes an
+    /// additional page with the others, and returns its path.
     pub fn run(&self, further: impl Fn(&Chart) -> Result<Option<PathBuf>>) -> anyhow::Result<ExitCode> {
         out::be_quiet(self.args.quiet);
         self.scene.check()?;
@@ -163,7 +164,7 @@ impl Bench<'_> {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// Opens the scenes, without references yet.
+    /// Opens the scenes without references.
     fn open(&self) -> Result<Vec<ChartScene>> {
         let typed: Vec<String> = std::env::args().skip(2).collect();
         let mut scenes: Vec<ChartScene> = Vec::new();
@@ -194,7 +195,7 @@ impl Bench<'_> {
 }
 
 impl Filling<'_> {
-    /// Places the rows in their scenes, with what is there of them. `common`: see [`Row::in_scene`].
+    /// Places the rows in their scenes, with existing results. `common`: see [`Row::in_scene`].
     fn plan(&mut self, common: &[String; 2]) {
         let args = self.bench.args;
         for row in &self.bench.rows {
@@ -213,16 +214,16 @@ impl Filling<'_> {
                 }
             }
         }
-        // The settings of one scene stand together.
+        // The settings of one scene are adjacent.
         self.all.sort_by_key(|planned| self.scenes.iter().position(|scene| scene.name == planned.scene));
     }
 
-    /// The rows that there are.
+    /// The existing rows.
     fn there(&self) -> impl Iterator<Item = &Stored<Row>> {
         self.rows.iter().filter_map(|row| row.stored.as_ref())
     }
 
-    /// Writes the folder's files with the rows that there are.
+    /// Writes the folder's files with the existing rows.
     fn write_pages(&self, running: bool) -> Result<Option<PathBuf>> {
         let (args, (width, height)) = (self.bench.args, self.bench.scene.size);
         let mut outline = Outline {
@@ -243,7 +244,7 @@ impl Filling<'_> {
             mix_machines: args.mix_machines,
             with_history: args.history,
             running,
-            part: args.rows.words(),
+            part: args.rows.in_words(),
         };
         chart.write(&self.store)?;
         (self.further)(&chart)
@@ -251,7 +252,7 @@ impl Filling<'_> {
 }
 
 impl PlannedRow {
-    /// A failure is tried again: memory may be free by now.
+    /// A failed row is tried again, because memory may be free by now.
     fn is_measured(&self) -> bool {
         self.stored.as_ref().is_some_and(|stored| stored.row.is_measured())
     }

@@ -1,11 +1,11 @@
-//! The work itself: missing rows against rough references, then references and errors in rounds.
+//! Measurement of missing rows against rough references, then refinement of references and errors in rounds.
 
 use std::sync::Arc;
 
 use twobounce::chart::measure::{Images, ReferenceImage};
 use twobounce::chart::outline::Outline;
 use twobounce::chart::row::{Measured, Row, Source};
-use twobounce::lab::store::{Row as _, Stored};
+use twobounce::lab::store::{ExperimentRow as _, Stored};
 use twobounce::layers::Layers;
 use twobounce::output::exr::Metadata;
 use twobounce::output::file;
@@ -20,10 +20,10 @@ use crate::cli::reference::traced;
 use crate::cli::report::say_compiled;
 use crate::say;
 
-/// A round makes references this much less noisy, in about ten times the time.
+/// The factor by which a round reduces the noise of references, in about ten times the time.
 const STEP: f64 = 3.0;
 
-/// Noise that is so little above what was asked for is not worth a round of its own.
+/// The ratio of noise to the requested noise below which no round is worthwhile.
 const CLOSE: f64 = 1.5;
 
 impl Experiment for Filling<'_> {
@@ -47,12 +47,12 @@ impl Experiment for Filling<'_> {
         let planned = &self.rows[row];
         let scene = &self.scenes[planned.scene];
         let (measured, pictures, images) = scene.measure(context, &planned.row, &interrupt::PRESSED, go_on)?;
-        // Where and when an image of another program was judged says nothing about it, and it stays in its own file.
+        // The place and time of comparison do not matter for another program's image, which stays in its own file.
         let is_import = planned.row.is_import();
         let origin = (!is_import).then(|| self.origin.now());
         let kept = Row { measured: Some(measured), origin, ..planned.row.clone() };
         if !is_import && kept.noise() > self.bench.args.reference_noise {
-            // For the rounds: layers without a word about them.
+            // Images are stored for the rounds as layers without metadata.
             file::create_folder(&self.store.path("rows"))?;
             images.stacked().write_exr(&self.store.image_path(&kept.key), &Metadata::new())?;
         }
@@ -83,13 +83,13 @@ impl Experiment for Filling<'_> {
 }
 
 impl Filling<'_> {
-    /// The scene of a row, and the depths of the references that it is compared with.
+    /// The scene of a row, and the depths of its references.
     fn depths(&self, index: usize) -> (usize, [Depth; 2]) {
         let planned = &self.rows[index];
         (planned.scene, planned.row.depths(&self.scenes[planned.scene]))
     }
 
-    /// The references that a row is compared with, as rough as they come.
+    /// Makes the first, rough references of a row.
     fn first_references(&mut self, index: usize) -> Result<()> {
         let (scene, depths) = self.depths(index);
         for depth in depths {
@@ -100,8 +100,8 @@ impl Filling<'_> {
         Ok(())
     }
 
-    /// Makes a reference as good as the next round asks for, or takes it from the cache: of the first samples, then of
-    /// less and less noise, in the end the one that `reference --noise` makes.
+    /// Makes a reference with the precision of the next round, or takes it from the cache: first of a few samples, then
+    /// with decreasing noise, finally the one that `reference --noise` makes.
     fn next_reference(&mut self, scene: usize, depth: Depth) -> Result<()> {
         let (scene, last) = (&mut self.scenes[scene], self.bench.args.reference_noise);
         let noise = scene.noise(depth).map_or(f64::INFINITY, |now| now / STEP);
@@ -121,8 +121,8 @@ impl Filling<'_> {
         Ok(())
     }
 
-    /// Refines references and the errors of the rows that are compared with them, in rounds, until they are as good as
-    /// asked for. Times are not measured again.
+    /// Refines references and the errors of their rows in rounds, until the requested precision. Times are not measured
+    /// again.
     pub(super) fn refine(&mut self, pages: &mut Pages) -> Result<()> {
         for index in 0..self.rows.len() {
             if self.is_unsettled(index) {
@@ -146,7 +146,7 @@ impl Filling<'_> {
         }
     }
 
-    /// Makes rough references of scenes that have rows but nothing to be seen with: of a folder that lacks its outline.
+    /// Makes rough references of scenes that have rows but no reference for pages, in a folder without an outline.
     pub(super) fn show_scenes(&mut self) -> Result<()> {
         let known = Outline::load(&self.store.path("")).map_or(Vec::new(), |outline| outline.scenes);
         for index in 0..self.rows.len() {
@@ -160,13 +160,13 @@ impl Filling<'_> {
         Ok(())
     }
 
-    /// Whether a row's errors are not as good as asked for.
+    /// Whether a row's errors do not have the requested precision yet.
     fn is_unsettled(&self, index: usize) -> bool {
         let measured = self.rows[index].stored.as_ref().filter(|stored| stored.row.is_measured());
         measured.is_some_and(|stored| stored.row.noise() > self.bench.args.reference_noise)
     }
 
-    /// The references that are noisier than asked for and that unsettled rows are compared with, the noisiest first.
+    /// References of unsettled rows with more than the requested noise, the noisiest first.
     fn rough_references(&self) -> Vec<(usize, Depth)> {
         let mut rough: Vec<(f64, usize, Depth)> = Vec::new();
         for index in (0..self.rows.len()).filter(|index| self.is_unsettled(*index)) {
@@ -181,8 +181,8 @@ impl Filling<'_> {
         rough.into_iter().map(|(_, scene, depth)| (scene, depth)).collect()
     }
 
-    /// Compares the image of an unsettled row with the references of now, where one has less noise than before. A row
-    /// whose image is gone is measured by the next call.
+    /// Compares the image of an unsettled row with the current references, if one has less noise than before. A row
+    /// without its image is measured by the next call.
     fn judge_again(&mut self, index: usize) -> Result<()> {
         let (scene, depths) = self.depths(index);
         let scene = &self.scenes[scene];
@@ -211,14 +211,14 @@ impl Filling<'_> {
         let stored: Stored<Row> = self.store.save(Row { measured, ..row.clone() }, Some(pictures))?;
         self.rows[index].stored = Some(stored);
         if !self.is_unsettled(index) {
-            // An image that is left over only takes room.
+            // An image that is no longer needed is deleted.
             let _ = std::fs::remove_file(path);
         }
         Ok(())
     }
 }
 
-/// A finished row in a line.
+/// A finished row as a line.
 fn result_of(row: &Row) -> String {
     let result = match &row.measured {
         Some(measured) => {

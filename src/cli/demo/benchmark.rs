@@ -1,4 +1,4 @@
-//! Times of each pass over the whole sequence, to be quoted.
+//! Times of each pass over the whole sequence.
 
 use std::process::ExitCode;
 
@@ -19,19 +19,19 @@ use crate::cli::progress::{FrameProgress, Work};
 use crate::cli::scene::{fitted, run_options};
 use crate::cli::{interrupt, out, outputs, report};
 
-/// The version of the JSON. It must grow when a key is new or changes its name, unit or meaning.
+/// The version of the JSON. It increases when a key is new or changes its name, unit or meaning.
 const VERSION: u32 = 1;
 
 #[derive(Serialize)]
-struct Pass {
+struct PassTimes {
     name: &'static str,
     kind: ZoneKind,
-    /// In which the pass ran.
+    /// The number of frames in which the pass ran.
     frames: usize,
     gpu_ms: Percentiles,
 }
 
-/// Report that `--json` writes; `docs/json.md` documents the keys.
+/// The report of `--json`; `docs/json.md` documents the keys.
 #[derive(Default, Serialize)]
 struct Report {
     version: u32,
@@ -44,13 +44,13 @@ struct Report {
     frames: usize,
     frame_wall_ms: Percentiles,
     frame_gpu_ms: Percentiles,
-    passes: Vec<Pass>,
+    passes: Vec<PassTimes>,
     method: &'static str,
     settings: Settings,
 }
 
-/// Renders the sequence without writing it. The frames to warm up are its end, from which it begins anew: something
-/// moves in each.
+/// Renders the sequence without writing it. The warm-up frames are its end, from which it restarts, so that something
+/// moves in each frame.
 pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<ExitCode> {
     let settings = args.settings.effective()?;
     outputs::check(&[args.settings.config.as_ref()], &[args.json.as_ref()])?;
@@ -72,11 +72,11 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
     }
     drop(progress);
     refuse_invalid(&context)?;
-    let pass = |PassTiming { name, kind, frames_gpu_ms, .. }: PassTiming| Pass {
+    let pass = |PassTiming { name, kind, frames_gpu_ms, .. }: PassTiming| PassTimes {
         name,
         kind,
         frames: frames_gpu_ms.len(),
-        gpu_ms: Percentiles::of(frames_gpu_ms),
+        gpu_ms: Percentiles::of_values(frames_gpu_ms),
     };
     let report = Report {
         version: VERSION,
@@ -87,8 +87,8 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
         height: args.size.1,
         fps: args.fps,
         frames: timings.frames().len(),
-        frame_wall_ms: Percentiles::of(timings.frames().map(|frame| frame.wall_ms)),
-        frame_gpu_ms: Percentiles::of(timings.frames().map(|frame| frame.gpu_ms)),
+        frame_wall_ms: Percentiles::of_values(timings.frames().map(|frame| frame.wall_ms)),
+        frame_gpu_ms: Percentiles::of_values(timings.frames().map(|frame| frame.gpu_ms)),
         passes: timings.passes().into_iter().map(pass).collect(),
         method: settings.method.name(),
         settings,
@@ -101,7 +101,7 @@ pub fn run(args: &DemoArgs, scene: &SceneArgs, count: u32) -> anyhow::Result<Exi
 }
 
 impl Report {
-    /// A table in Markdown, with all that one must know to compare it.
+    /// A Markdown table with all conditions for a comparison.
     fn table(&self, preset: &str) -> String {
         let Self { program, device, driver, width, height, fps, frames, .. } = self;
         let kind = |kind: ZoneKind| format!("{kind:?}").to_lowercase();
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn the_keys_are_those_of_the_page() {
-        let pass = Pass { name: "record", kind: ZoneKind::Raster, frames: 1, gpu_ms: Percentiles::default() };
+        let pass = PassTimes { name: "record", kind: ZoneKind::Raster, frames: 1, gpu_ms: Percentiles::default() };
         let report = Report { passes: vec![pass], ..Report::default() };
         report::tests::assert_documented(&report, VERSION, "The file that `twobounce demo", &["settings"]);
     }

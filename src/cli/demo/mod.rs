@@ -1,4 +1,4 @@
-//! `twobounce demo`: a sequence with everything that moves, in the window, to images, or as a benchmark.
+//! `twobounce demo`: a sequence with motion of every kind, in the window, as images, or as a benchmark.
 
 mod benchmark;
 
@@ -22,16 +22,16 @@ pub struct DemoArgs {
     /// Write images instead: a pattern such as out_%04d.png
     #[arg(short, long, value_name = "OUT_%04d.png")]
     pub output: Option<PathBuf>,
-    /// Time every pass over the whole sequence instead, and print minimum, median and 99th percentile
+    /// Time every pass over the whole sequence, and print minimum, median and 99th percentile
     #[arg(long, conflicts_with = "output")]
     pub benchmark: bool,
-    /// Write what --benchmark measured as JSON; - is standard output
+    /// Write the results of --benchmark as JSON; - is standard output
     #[arg(long, value_name = "FILE", requires = "benchmark")]
     pub json: Option<PathBuf>,
     /// Size of the images in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub size: (u32, u32),
-    /// Images or measured frames for each second of the sequence
+    /// Images or measured frames per second of the sequence
     #[arg(long, value_name = "F", default_value_t = 30.0, allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n > 0.0 && n <= 1e4, "write frames per second, above 0 and at most 10000"))]
     pub fps: f64,
@@ -39,14 +39,14 @@ pub struct DemoArgs {
     pub display: DisplayArgs,
     #[command(flatten)]
     pub settings: SettingsArgs,
-    /// Do what this file says in the window, line by line, as a user would; for tests
+    /// Play the acts of this file in the window, line by line; for tests
     #[arg(long, value_name = "FILE", hide = true)]
     pub script: Option<PathBuf>,
     #[command(flatten)]
     pub run: RunArgs,
 }
 
-/// Both rooms are seen with it: the first image is of the dark one, and would choose too much.
+/// This exposure shows both rooms: the first image only shows the dark one, and would choose too high an exposure.
 const EXPOSURE_EV: &str = "0.5";
 
 pub fn run(args: &DemoArgs) -> anyhow::Result<ExitCode> {
@@ -60,7 +60,7 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<ExitCode> {
 }
 
 fn images(args: &DemoArgs, scene: SceneArgs, output: &Path, frames: u32) -> RenderArgs {
-    let exr = ImageKind::of(output) == Some(ImageKind::Exr);
+    let exr = ImageKind::of_path(output) == Some(ImageKind::Exr);
     RenderArgs {
         scene,
         output: output.to_owned(),

@@ -1,44 +1,44 @@
-//! How long a frame still takes, and those of its run that come after it. What comes after the light is known: the
-//! passes over the image, band after band of rows.
+//! The remaining time of a frame and of later frames of its run. The passes after the light are known: those over the
+//! image, band after band.
 
 use std::time::{Duration, Instant};
 
 use twobounce::vk::Step;
 
-/// The passes over the image, in their order: what comes after the light. A method may have the second one alone.
+/// The passes over the image in order, which follow the light. A method may have only the second one.
 pub const IMAGE_PASSES: [&str; 2] = ["gather", "image"];
 
-/// The part of a frame to which a pass belongs, in words for users.
+/// The part of a frame that a pass belongs to, in words for users.
 pub fn stage(pass: &str) -> &'static str {
     let of_image = ["visibility", "share", "resolve"].contains(&pass);
     if of_image || IMAGE_PASSES.iter().any(|name| pass.starts_with(name)) { "image" } else { "light" }
 }
 
-/// A frame on its way.
+/// A frame in progress.
 pub struct Course {
     began: Instant,
-    /// Bands of an image, and images that its mean is of.
+    /// The number of bands of an image, and of images whose mean is taken.
     bands: u32,
     images: u32,
-    /// The image under way, from 0.
+    /// The current image, from 0.
     image: u32,
-    /// The last look: when, and at which band.
+    /// The last observation: its time and its band.
     at: Instant,
     band: u32,
-    /// Of each pass: bands that are done, in all images, and the time that they took.
+    /// For each pass: finished bands of all images, and their time.
     done: [(f64, Duration); 2],
-    /// Frames that come after it.
+    /// The number of later frames.
     pub after: u32,
-    /// The mean time of those before it.
+    /// The mean time of earlier frames.
     pub mean: Option<Duration>,
-    /// Whether passes follow whose number is not known yet, so that nothing can be said of the rest.
+    /// Whether an unknown number of passes follows, so that the rest is unknown.
     pub open: bool,
-    /// When a time limit ends the work, if it has one.
+    /// The time at which a time limit ends the work, if there is one.
     pub until: Option<Instant>,
 }
 
 impl Course {
-    /// A frame by itself. `bands` and `images`: see [`twobounce::renderer::Renderer::bands`].
+    /// A single frame. `bands` and `images`: see [`twobounce::renderer::Renderer::bands`].
     pub fn new(began: Instant, bands: u32, images: u32) -> Self {
         let done = [(0.0, Duration::ZERO); 2];
         Self {
@@ -56,27 +56,27 @@ impl Course {
         }
     }
 
-    /// A submission ended.
+    /// Reports the end of a submission.
     pub fn step(&mut self, step: Step, now: Instant) {
         let spent = now - self.at;
         self.at = now;
         let Some(pass) = IMAGE_PASSES.iter().position(|name| *name == step.pass) else { return };
-        // Another image begins with its first band again.
+        // Another image begins with its first band.
         self.image = (self.image + u32::from(step.turn < self.band)).min(self.images - 1);
         self.band = step.turn;
         let (done, took) = &mut self.done[pass];
         (*done, *took) = (f64::from(self.image * self.bands + step.turn) + step.share, *took + spent);
     }
 
-    /// The band of the pass under way, where there are several.
+    /// The band of the current pass, if there are several.
     pub fn band(&self, pass: &str) -> Option<String> {
         let all = self.bands * self.images;
         let shown = all > 1 && IMAGE_PASSES.contains(&pass);
         shown.then(|| format!(" {} of {all}", (self.image * self.bands + self.band + 1).min(all)))
     }
 
-    /// How long it and those after it still take if bands and frames take as long as those before, and whether
-    /// something comes besides that is not known yet; unknown before the image.
+    /// The remaining time of this frame and later ones at the average rate, and whether further work of unknown
+    /// duration follows; `None` before the image.
     pub fn left(&self, now: Instant) -> Option<(Duration, bool)> {
         let limit = self.until.map(|until| until.saturating_duration_since(now));
         if self.open {
@@ -88,7 +88,7 @@ impl Course {
         let rest = rest.sum::<Duration>().saturating_sub(now - self.at);
         let own = known.iter().any(Option::is_some).then_some((rest, known[1].is_none()));
         let spent = now - self.began;
-        // The times of frames before are known better than that of an image beyond its first pass.
+        // The times of earlier frames are better known than that of an image after its first pass.
         let own = own.filter(|(_, at_least)| !at_least || self.mean.is_none());
         let (left, at_least) = own.or_else(|| Some((self.mean?.saturating_sub(spent), false)))?;
         let left = left + self.after * self.mean.unwrap_or(spent + left);
@@ -111,10 +111,10 @@ mod tests {
         let mut course = Course::new(began, 4, 1);
         course.step(step("shade 1", 0, 0.5), at(8));
         assert_eq!(left(&course, 8), None, "the light tells nothing of the image");
-        // Gathering takes 10 seconds a band, the image 3.
+        // Gathering takes 10 seconds per band, and the image 3.
         course.step(step("gather", 0, 0.0), at(10));
         course.step(step("gather", 0, 0.5), at(15));
-        // Two seconds of light are taken for gathering's: as far as the first look at it tells.
+        // The first observation counts two seconds of light as gathering.
         assert_eq!(left(&course, 15), Some((49, true)));
         assert_eq!(left(&course, 18), Some((46, true)), "time passes between looks");
         course.step(step("gather", 0, 1.0), at(20));

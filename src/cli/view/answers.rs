@@ -1,6 +1,6 @@
-//! News of other threads: frames, answers to questions, how far a frame is from the truth, GLSL that was compiled anew.
-//! Devices that were lost, the window's own and the one that makes frames, are opened anew: a driver that was reset
-//! gives up every device at once. One that is lost again soon is not.
+//! News from other threads: frames, answers to questions, errors against the path tracer, recompiled GLSL. Lost
+//! devices, that of the window and that of the frames, are reopened, because a reset driver loses every device at once.
+//! A device that is lost again soon is not reopened.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::anyhow;
 
 use super::App;
-use super::job::{Frame, News};
+use super::job::{News, ShownFrame};
 use crate::cli::out;
 #[cfg(feature = "hot-reload")]
 use crate::say;
@@ -32,18 +32,18 @@ impl App {
             News::Compared(cancelled, compared) if !cancelled.load(Ordering::Relaxed) => self.compared = Some(compared),
             #[cfg(feature = "hot-reload")]
             News::Shaders(said) => self.take_shaders(said),
-            _ => {} // of a worker that is gone, of a frame that is no longer shown
+            _ => {} // from an ended worker, or for a frame that is no longer shown
         }
         Ok(())
     }
 
-    fn take_frame(&mut self, revision: u64, frame: Result<Frame, String>) -> anyhow::Result<()> {
+    fn take_frame(&mut self, revision: u64, frame: Result<ShownFrame, String>) -> anyhow::Result<()> {
         self.answered = revision;
         self.whole = frame.as_ref().map_or(true, |frame| frame.whole);
         match frame {
             Err(_) if self.context.is_lost() => self.renew_context()?,
             Err(words) => match self.before.take() {
-                // The subject that was opened last cannot be shown: the one before comes back.
+                // The last opened scene cannot be shown, so the previous one is restored.
                 Some((subject, settings, eye, later_s)) => {
                     (self.subject, self.eye, self.later_s) = (subject, eye, later_s);
                     self.panel.choice.settings = settings;
@@ -68,7 +68,7 @@ impl App {
         Ok(())
     }
 
-    /// Shows what came of GLSL that was saved.
+    /// Shows the result of saved GLSL.
     #[cfg(feature = "hot-reload")]
     fn take_shaders(&mut self, said: Result<usize, String>) {
         self.script.reloaded();
@@ -85,25 +85,25 @@ impl App {
         }
     }
 
-    /// Opens the window's device anew where it was lost; else returns the error.
+    /// Reopens the window's device if it was lost; otherwise returns the error.
     pub(super) fn recover(&mut self, error: anyhow::Error) -> anyhow::Result<()> {
         let Some(shown) = self.shown.take_if(|shown| shown.screen.context().is_lost()) else { return Err(error) };
         note_loss(&mut self.lost.window, "the window's device")?;
-        shown.screen.close()?; // the window takes one swapchain at a time
+        shown.screen.close()?; // the window supports one swapchain at a time
         self.show_in(shown.window)?;
         self.redraw();
         Ok(())
     }
 
-    /// Opens the device that makes frames anew, and starts over.
+    /// Reopens the device of the frames, and starts over.
     pub(super) fn renew_context(&mut self) -> anyhow::Result<()> {
         note_loss(&mut self.lost.frames, &self.context.name)?;
-        self.worker = None; // what it made goes with the device
+        self.worker = None; // its work is lost with the device
         self.context = self.run.device.open(self.subject.args.size)?;
         self.start()
     }
 
-    fn set_title(&self, frame: &Frame) {
+    fn set_title(&self, frame: &ShownFrame) {
         let Some(shown) = &self.shown else { return };
         let (width, height) = shown.screen.size();
         let coarse = if frame.divisor > 1 { format!(" at 1/{}", frame.divisor) } else { String::new() };
@@ -113,7 +113,7 @@ impl App {
     }
 }
 
-/// When devices were opened anew last.
+/// The times at which devices were last reopened.
 #[derive(Default)]
 pub struct Losses {
     window: Option<Instant>,
@@ -123,9 +123,9 @@ pub struct Losses {
 fn note_loss(last: &mut Option<Instant>, what: &str) -> anyhow::Result<()> {
     if last.is_some_and(|at| at.elapsed() < AGAIN) {
         let remedy = "ask for less, such as a smaller window";
-        return Err(anyhow!("{what} was lost again, soon after it was opened anew: {remedy}"));
+        return Err(anyhow!("{what} was lost again, soon after it was reopened: {remedy}"));
     }
     *last = Some(Instant::now());
-    out::warn(&format!("{what} was lost, and is opened anew"));
+    out::warn(&format!("{what} was lost and is reopened"));
     Ok(())
 }

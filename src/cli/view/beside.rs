@@ -1,4 +1,4 @@
-//! A second picture with other settings: which settings, and how both pictures are shown.
+//! A second picture with other settings: its settings, and the display of both pictures.
 
 use rayon::prelude::*;
 use twobounce::gi::Method;
@@ -6,31 +6,31 @@ use twobounce::layers::{Aov, Layers};
 use twobounce::output::display::Display;
 use twobounce::settings::{Bounces, PRESETS, Settings};
 
-use super::job::Frame;
+use super::job::ShownFrame;
 use super::layer::Layer;
 use super::maker::encode;
 use super::screen::Picture;
 
-/// With which settings.
+/// The settings of the second picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Other {
     #[default]
     None,
-    /// One bounce fewer: the difference is the last bounce alone, or all beyond the second.
+    /// One bounce fewer: the difference is the last bounce, or all bounces beyond the second.
     FewerBounces,
-    /// As in the list of presets.
+    /// The index of a preset.
     Preset(usize),
 }
 
-/// How both are shown.
+/// The display of both pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Mix {
-    /// The picture left of a line, the other right of it.
+    /// The first picture to the left of a line, the other one to the right.
     #[default]
     Split,
-    /// By turns.
+    /// Both pictures in turns.
     Flicker,
-    /// The absolute difference of both in linear light, exposed like the picture.
+    /// The absolute difference in linear light, with the exposure of the picture.
     Difference,
 }
 
@@ -47,8 +47,8 @@ impl Other {
         }
     }
 
-    /// Settings of the second picture where the first has `own`; presets have its grid, so that both are compared at
-    /// the same one.
+    /// The settings of the second picture if the first one has `own`. Presets get its grid, so that both are compared
+    /// on the same one.
     pub fn settings(self, own: &Settings) -> Option<Settings> {
         match self {
             Self::None => None,
@@ -71,18 +71,18 @@ impl Mix {
         [(Self::Split, "split"), (Self::Flicker, "flicker"), (Self::Difference, "difference")];
 }
 
-/// How a picture and what is beside it are shown in one.
+/// The state of the display of both pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mixing {
     pub mix: Mix,
-    /// Where the picture ends, from 0 to 1.
+    /// The position of the line, from 0 to 1.
     pub split: f32,
-    /// Whether it is the turn of what is beside.
+    /// Whether the second picture is shown now.
     pub other: bool,
 }
 
-/// The part of both that is shown.
-pub fn picture(frame: &Frame, layer: Layer, mixing: Mixing) -> Option<Picture> {
+/// The combination of both pictures.
+pub fn picture(frame: &ShownFrame, layer: Layer, mixing: Mixing) -> Option<Picture> {
     let Mixing { mix, split, other } = mixing;
     let beside = frame.beside.as_ref()?;
     let size = frame.picture.size;
@@ -95,7 +95,7 @@ pub fn picture(frame: &Frame, layer: Layer, mixing: Mixing) -> Option<Picture> {
             let mixed = pairs.enumerate().flat_map(|(at, (left, right))| {
                 let x = at % size.0 as usize;
                 match x {
-                    // The line itself, where there is one.
+                    // The line, if there is one.
                     _ if x == line && line > 0 => [255; 4],
                     _ if x < line => [left[0], left[1], left[2], left[3]],
                     _ => [right[0], right[1], right[2], right[3]],
@@ -110,7 +110,7 @@ pub fn picture(frame: &Frame, layer: Layer, mixing: Mixing) -> Option<Picture> {
 fn difference(own: &Layers, other: &Layers, layer: Aov, display: Display) -> Vec<u8> {
     let of = |image: &'_ Layers| image.get(layer).unwrap_or(image.beauty()).to_vec();
     let (a, b) = (of(own), of(other));
-    // Depths of the sky are infinite, and equal.
+    // Depths of the sky are infinite and equal.
     let apart = |a: f32, b: f32| if a == b { 0.0 } else { (a - b).abs() };
     let pixels = a.par_iter().zip(&b).map(|(a, b)| std::array::from_fn(|k| apart(a[k], b[k]))).collect();
     let image = Layers { width: own.width, height: own.height, layers: vec![(Aov::Beauty, pixels)] };

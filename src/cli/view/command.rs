@@ -1,4 +1,4 @@
-//! The command that makes what is seen, and files of it.
+//! The command for the shown picture, and files of it.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::cli::{out, words};
 use crate::say;
 
 impl App {
-    /// The settings that make what is shown: of a refined picture, with as many passes.
+    /// The settings of the shown picture; if it is refined, with its number of passes.
     pub(super) fn settings(&self) -> Settings {
         let mut settings = self.panel.choice.settings.clone();
         if let Some(frame) = self.frame.as_ref().filter(|_| self.rests()) {
@@ -23,10 +23,10 @@ impl App {
         settings
     }
 
-    /// The `twobounce render` command that makes the same picture, for a shell.
+    /// The `twobounce render` command of the same picture for a shell.
     pub(super) fn command(&self) -> String {
         let replaced = ["--size", "--time", "--camera", "--eye", "--target", "--up", "--fov"];
-        // The camera is still the one that was asked for where there is no eye.
+        // Without an eye, the camera is still the requested one.
         let replaced = if self.eye.is_some() { &replaced[..] } else { &replaced[..2] };
         let own = ViewArgs::augment_args(Command::new(""));
         let of_both = RunArgs::augment_args(SceneArgs::augment_args(Command::new("")));
@@ -56,7 +56,7 @@ impl App {
         words::line(&words)
     }
 
-    /// Writes the image that is shown as a PNG, and beside it as an EXR with the settings.
+    /// Writes the shown image as a PNG, and next to it as an EXR with the settings.
     pub(super) fn save(&self, path: &Path) -> anyhow::Result<()> {
         let frame = self.frame.as_ref().context("there is no picture to save yet: wait for the first")?;
         let mut image = frame.image.clone();
@@ -71,7 +71,7 @@ impl App {
     }
 }
 
-/// `key=value` of everything that differs from a preset.
+/// `key=value` of every difference from a preset.
 fn changed(preset: &str, settings: &Settings) -> Vec<String> {
     let base = Settings::preset(preset).unwrap_or_default().entries();
     let pairs = settings.entries().into_iter().zip(base);

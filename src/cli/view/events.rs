@@ -1,4 +1,4 @@
-//! Events from the window system: keys, the mouse, files dropped, a new size.
+//! Events of the window system: keys, the mouse, dropped files, a new size.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -16,13 +16,13 @@ use super::{App, WAYS};
 use crate::cli::{interrupt, out};
 use crate::say;
 
-/// Movement is looked at this often.
+/// The interval of movement steps.
 const TICK: Duration = Duration::from_millis(16);
-/// How far a frame is shows this often: on a CPU device drawing it takes time from the frame.
+/// The interval of showing a frame's progress: on a CPU device, drawing it takes time from the frame.
 const PROGRESS: Duration = Duration::from_millis(100);
-/// Radians that the view turns when the mouse crosses the window's height.
+/// Radians by which the view rotates when the mouse crosses the window's height.
 const TURN: f64 = 2.0;
-/// By how much a notch of the mouse wheel changes the speed.
+/// The factor of the speed for each notch of the mouse wheel.
 const NOTCH: f64 = 1.25;
 
 impl ApplicationHandler<News> for App {
@@ -114,7 +114,7 @@ impl ApplicationHandler<News> for App {
         let flickers = self.panel.choice.beside != Other::None && self.panel.mixing.mix == Mix::Flicker;
         let changes = (!self.rests() || flickers) && self.drawn.elapsed() > PROGRESS;
         if self.panel.forgets() || changes {
-            self.redraw(); // how far the frame is, or the other's turn
+            self.redraw(); // for the frame's progress, or the other picture's turn
         }
         let next = Instant::now() + if busy { TICK } else { 10 * TICK };
         event_loop.set_control_flow(ControlFlow::WaitUntil(next));
@@ -122,7 +122,7 @@ impl ApplicationHandler<News> for App {
 }
 
 impl App {
-    /// Asks for the rays of the pixel under the pointer.
+    /// Requests the rays of the pixel under the pointer.
     pub(super) fn ask_rays(&mut self) {
         let (Some((x, y)), Some(shown), Some(frame)) = (self.pointer, &self.shown, &self.frame) else { return };
         let (size, window) = (frame.picture.size, shown.screen.size());
@@ -132,7 +132,7 @@ impl App {
         self.redraw();
     }
 
-    /// Saves the picture under a name that is free, and says so.
+    /// Saves the picture under a free name, and says so.
     fn save_anew(&mut self) {
         let name = &self.subject.scene.name;
         let numbered = (2..).map(|number| format!("{name}-{number}.png"));
@@ -156,9 +156,9 @@ impl App {
             return;
         }
         match key {
-            // An open list takes the key.
+            // An open list receives the key.
             KeyCode::Escape => {
-                let lists = |shown: &super::Shown| egui::Popup::is_any_open(shown.egui.egui_ctx());
+                let lists = |shown: &super::OpenWindow| egui::Popup::is_any_open(shown.egui.egui_ctx());
                 if !self.shown.as_ref().is_some_and(lists) {
                     event_loop.exit();
                 }
@@ -183,7 +183,7 @@ impl App {
             KeyCode::KeyP => {
                 self.saves = true;
                 if !self.rests() {
-                    self.panel.say("the picture is saved once it is whole".into());
+                    self.panel.say("the picture is saved when it is finished".into());
                 }
             }
             key if key == KeyCode::AltLeft || WAYS.iter().any(|(way, _)| *way == key) => {

@@ -1,34 +1,34 @@
-//! The eye that keys and mouse move.
+//! The eye, which keys and mouse move.
 
 use glam::{DQuat, DVec3};
 use twobounce::scene::{DEFAULT_FOV_DEGREES, Projection, View};
 
-/// Where is looked from, and at what; the same numbers as `--eye`, `--target`, `--up` and `--fov` take.
+/// Position and target of the view, with the same numbers as `--eye`, `--target`, `--up` and `--fov`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eye {
-    /// Metres.
+    /// Position in metres.
     pub eye: DVec3,
     pub target: DVec3,
     pub up: DVec3,
-    /// Vertical, degrees.
+    /// Vertical field of view in degrees.
     pub fov: f64,
 }
 
-/// How near the line of sight may come to the vertical, radians.
+/// The minimum angle between the line of sight and the vertical in radians.
 const LEAST_TO_VERTICAL: f64 = 0.02;
 
 impl Eye {
-    /// An eye that looks as `view` does, at a point `distance` metres away; orthographic views become perspective ones.
-    pub fn of(view: &View, distance: f64) -> Self {
+    /// An eye with the view `view`, whose target is `distance` metres away; orthographic views become perspective ones.
+    pub fn of_view(view: &View, distance: f64) -> Self {
         let fov = match view.projection {
             Projection::Perspective { fov, .. } => f64::from(fov).to_degrees(),
             Projection::Orthographic { .. } => f64::from(DEFAULT_FOV_DEGREES),
         };
-        // A roll is kept until the eye turns.
+        // A roll is kept until the eye rotates.
         Self { eye: view.eye, target: view.eye + view.forward * distance, up: view.up, fov }
     }
 
-    /// As the command line makes it of its flags.
+    /// The view, as the command line makes it from its flags.
     pub fn view(&self) -> View {
         View::look_at(self.eye, self.target, self.up, self.fov.to_radians() as f32)
     }
@@ -45,17 +45,17 @@ impl Eye {
         (self.eye, self.target) = (self.eye + step, self.target + step);
     }
 
-    /// Looks about: radians to the left and up.
+    /// Rotates the view: radians to the left and up.
     pub fn turn(&mut self, left: f64, up: f64) {
         self.target = self.eye + self.turned(left, up);
     }
 
-    /// Goes round the target: radians to the left and up.
+    /// Moves around the target: radians to the left and up.
     pub fn orbit(&mut self, left: f64, up: f64) {
         self.eye = self.target - self.turned(left, up);
     }
 
-    /// From the eye to its target once it is turned, upright then.
+    /// The rotated direction to the target; the view becomes upright.
     fn turned(&mut self, left: f64, up: f64) -> DVec3 {
         self.up = DVec3::Y;
         let forward = DQuat::from_rotation_y(left) * self.forward();

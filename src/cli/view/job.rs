@@ -1,4 +1,4 @@
-//! Jobs of the thread that makes frames, the frames, and what threads tell the window.
+//! Jobs of the thread that makes frames, the frames, and messages of threads to the window.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -13,85 +13,85 @@ use twobounce::vk::ZoneTiming;
 
 use super::beside::Other;
 use super::layer::Layer;
-use super::question::Found;
+use super::question::Reply;
 use super::screen::Picture;
 use super::truth::Compared;
 
-/// The picture that is to be shown.
+/// The picture to show.
 #[derive(Clone)]
 pub struct Job {
-    /// Grows from job to job.
+    /// A number that increases from job to job.
     pub revision: u64,
-    /// How often shaders were compiled anew.
+    /// How often shaders were recompiled.
     pub shaders: u32,
-    /// Of the scene, `later_s` seconds after `--time`.
+    /// The pose of the scene `later_s` seconds after `--time`.
     pub pose: Arc<Pose>,
     pub later_s: f64,
     pub view: View,
-    /// Pixels at rest.
+    /// Size of the picture at rest in pixels.
     pub size: (u32, u32),
-    /// A coarser image will do, if it comes soon.
+    /// Whether a coarser image suffices if it comes soon.
     pub moving: bool,
-    pub choice: Choice,
+    pub choice: PanelChoice,
 }
 
 /// The choices of the panel.
 #[derive(Clone, Default, PartialEq)]
-pub struct Choice {
+pub struct PanelChoice {
     pub settings: Settings,
     pub layer: Layer,
-    /// The settings of the picture beside.
+    /// The settings of the second picture.
     pub beside: Other,
     pub tone: ToneMap,
-    /// Stops; automatic where absent.
+    /// Exposure in stops; `None` is automatic.
     pub exposure: Option<f32>,
-    /// At rest, the image goes on to the mean of so many passes.
+    /// The number of passes over the image that are averaged at rest.
     pub refine: u32,
 }
 
-impl Choice {
-    /// How an image is shown.
+impl PanelChoice {
+    /// The display of an image.
     pub fn display(&self, image: &Layers) -> Display {
         let automatic = || self.tone.automatic_exposure(image.beauty());
         Display { tone: self.tone, exposure_ev: self.exposure.unwrap_or_else(automatic) }
     }
 }
 
-/// News of other threads for the window.
+/// Messages of other threads to the window.
 pub enum News {
-    /// A frame is done: [`super::worker::State::frame`].
+    /// A frame is finished: [`super::worker::State::frame`].
     Frame,
-    /// Of a job by its revision: what came of a question.
-    Found(u64, Result<Found, String>),
-    /// How far a frame is from the truth, unless that is no longer wanted.
+    /// The answer to a question of a job, given by its revision.
+    Found(u64, Result<Reply, String>),
+    /// The error of a frame against the path tracer, unless it is no longer wanted.
     Compared(Arc<AtomicBool>, Compared),
-    /// GLSL that was saved: how many shaders are new, or what is wrong.
+    /// The result of saved GLSL: the number of new shaders, or an error.
     #[cfg(feature = "hot-reload")]
     Shaders(Result<usize, String>),
 }
 
-pub struct Frame {
-    /// The job that it was made of.
+pub struct ShownFrame {
+    /// The job of the frame.
     pub job: Job,
     pub picture: Picture,
     pub image: Layers,
     pub display: Display,
     /// The divisor of the width and height of the picture.
     pub divisor: u32,
-    /// From taking the job to its first picture.
+    /// Time from the start of the job to its first picture.
     pub ms: f64,
     pub report: FrameReport,
-    /// Times of lists and light, when they were made last.
+    /// Times of lists and light when they were last made.
     pub light: Vec<ZoneTiming>,
     pub allocated_bytes: u64,
     pub beside: Option<Beside>,
-    /// It is what `render` makes with these settings, or better.
+    /// Whether it equals the result of `render` with these settings, or is better.
     pub whole: bool,
-    /// Over the light, since it was made anew.
+    /// Passes over the light since it was rebuilt.
     pub light_passes: u32,
-    /// Over the image.
+    /// Passes over the image.
     pub passes: u32,
-    /// Of the grids, the base grid first: least and largest corner, metres in the world.
+    /// Boxes of the grids, the base grid first: least and largest corner in metres in the world.
     pub boxes: Vec<[DVec3; 2]>,
 }
 
@@ -99,12 +99,12 @@ pub struct Frame {
 pub struct Beside {
     pub picture: Picture,
     pub image: Layers,
-    /// Of the frame's passes.
+    /// Device time of the frame's passes.
     pub gpu_ms: f64,
 }
 
-impl Frame {
-    /// How far a picture at rest has come: for the title, after the time.
+impl ShownFrame {
+    /// The progress of a picture at rest, for the title.
     pub fn refined(&self) -> String {
         let Self { light_passes, passes, .. } = self;
         let light = if *light_passes > 1 { format!(" · light of {light_passes} passes") } else { String::new() };

@@ -1,4 +1,4 @@
-//! Layers that can be shown of a frame: those of the image, or data of the grid where the image shows a surface.
+//! Layers of a frame that can be shown: those of the image, or data of the grid at visible surfaces.
 
 use std::sync::Arc;
 
@@ -26,32 +26,32 @@ pub enum Layer {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GridLayer {
-    /// Each voxel of a level, in a colour of its own; its side is 2^level of the finest.
+    /// Each voxel of a level in a different colour; its side is 2^level of the finest.
     Voxels(u32),
-    /// How many triangles the list of the voxel has.
+    /// The number of triangles in the voxel's list.
     Lists,
-    /// Light that the voxels of the method's volume send.
+    /// Light in the voxels of the method's volume.
     Volume(Side),
-    /// Light that is kept on the surface itself.
+    /// Light that is cached on the surface itself.
     Kept,
-    /// The list items that keep this light, each in a colour of its own.
+    /// The list items that cache this light, each in a different colour.
     Items,
 }
 
-/// Which of a volume's images is shown.
+/// The shown image of a volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Side {
-    /// 0 or 1.
+    /// The bounce, 0 or 1.
     pub bounce: usize,
     pub level: u32,
-    /// As in [`SIDES`].
+    /// An index into [`SIDES`].
     pub face: usize,
 }
 
-/// Ways that light travels, and their mean.
+/// Directions of travel, and their mean.
 pub const SIDES: [&str; FACES] = ["+x", "+y", "+z", "-x", "-y", "-z", "mean"];
 
-/// Levels of voxels that can be shown.
+/// The number of voxel levels that can be shown.
 pub const LEVELS: u32 = 5;
 
 impl Default for Layer {
@@ -63,7 +63,7 @@ impl Default for Layer {
 impl Layer {
     pub const BEAUTY: Self = Self::Image(Aov::Beauty);
 
-    /// Every one, those of the image first; of a volume the mean of the last bounce.
+    /// All layers, those of the image first; for a volume the mean of the last bounce.
     pub fn all() -> impl Iterator<Item = Self> {
         let voxels = (0..LEVELS).map(GridLayer::Voxels);
         let volume = GridLayer::Volume(Side { bounce: 1, level: 0, face: FACES - 1 });
@@ -82,18 +82,18 @@ impl Layer {
         }
     }
 
-    /// By its name; of a volume, bounce from 0, level and way may follow.
+    /// The layer by its name; for a volume, bounce from 0, level and direction may follow.
     pub fn named(name: &str) -> Option<Self> {
         let side = || {
             let [bounce, level, way] = name.strip_prefix("volume ")?.split(' ').collect::<Vec<_>>().try_into().ok()?;
             let face = SIDES.iter().position(|side| *side == way)?;
             Some(Self::Grid(GridLayer::Volume(Side { bounce: bounce.parse().ok()?, level: level.parse().ok()?, face })))
         };
-        Self::all().find(|layer| layer.words().0 == name).or_else(side)
+        Self::all().find(|layer| layer.label().0 == name).or_else(side)
     }
 
-    /// Its name, and what its colours say.
-    pub fn words(self) -> (String, &'static str) {
+    /// Its name, and the meaning of its colours.
+    pub fn label(self) -> (String, &'static str) {
         let (name, meaning) = match self {
             Self::Image(layer) => (layer.name(), ""),
             Self::Grid(GridLayer::Voxels(level)) => {
@@ -101,16 +101,18 @@ impl Layer {
                 return (name, "a colour per voxel; grey lies outside of the grid");
             }
             Self::Grid(GridLayer::Lists) => ("list lengths", "1 black, 2 blue, 4 cyan, 8 yellow, 16 and more red"),
-            Self::Grid(GridLayer::Volume(_)) => ("volume", "what the voxel sends along this way, with a volume's blur"),
-            Self::Grid(GridLayer::Kept) => ("light kept", "radiance that rays find on the surface"),
+            Self::Grid(GridLayer::Volume(_)) => {
+                ("volume", "radiance that the voxel sends in this direction, blurred as cones read it")
+            }
+            Self::Grid(GridLayer::Kept) => ("light kept", "stored radiance that rays find on the surface"),
             Self::Grid(GridLayer::Items) => {
-                ("where light is kept", "a colour per list item that keeps light; grey keeps none")
+                ("where light is kept", "a colour per list item that stores light; grey items store none")
             }
         };
         (name.to_owned(), meaning)
     }
 
-    /// The image's layers that it is made of, beside the image itself.
+    /// The image's layers that it needs, in addition to radiance.
     pub fn needs(self) -> Vec<Aov> {
         let own = match self {
             Self::Image(layer) => layer,
@@ -120,7 +122,7 @@ impl Layer {
     }
 }
 
-/// Resources from which the last frame's grid is read.
+/// Resources for reading the last frame's grid.
 pub struct Grid<'a> {
     pub context: &'a Arc<Context>,
     pub renderer: &'a Renderer,
@@ -178,7 +180,7 @@ impl Grid<'_> {
         Ok(depths.par_iter().enumerate().flat_map_iter(color).collect())
     }
 
-    /// Of every pixel, as [`Inspect::kept`].
+    /// The result of [`Inspect::kept`] for every pixel.
     fn kept(&mut self, size: (u32, u32)) -> Result<Vec<[f32; 4]>> {
         let inspect = inspect(self.inspect, self.context, self.renderer, self.settings)?;
         inspect.kept(self.context, inspected(self.renderer), size)
@@ -189,7 +191,7 @@ impl Grid<'_> {
         let volumes = self.renderer.frame().method.volumes();
         let Some(volume) = volumes.get(side.bounce).or(volumes.last()) else {
             let method = self.settings.method;
-            let words = format!("the method {method} keeps no volume with sides: choose a preset of cones");
+            let words = format!("the method {method} has no directional volume: choose a preset of cones");
             return Err(Error::Usage(words));
         };
         let level = side.level.min(volume.levels - 1);
@@ -198,13 +200,13 @@ impl Grid<'_> {
     }
 }
 
-/// Of every voxel's list, x fastest.
+/// The lengths of all voxels' lists, x fastest.
 fn lengths(context: &Arc<Context>, renderer: &Renderer) -> Result<Vec<u32>> {
     let lists = &renderer.ground().lists[0];
     let heads: Vec<u32> = download(context, &lists.heads)?;
     let items: Vec<ListItem> = download(context, &lists.items)?;
     if heads.iter().all(|&head| head == 0) {
-        return Err(Error::Usage("this method keeps no lists of triangles: show another layer".into()));
+        return Err(Error::Usage("this method has no lists of triangles: show another layer".into()));
     }
     // Indices are 1-based; 0 ends a list.
     let item = |at: &u32| items.get((*at as usize).checked_sub(1)?).map(|item| item.next);
@@ -212,7 +214,7 @@ fn lengths(context: &Arc<Context>, renderer: &Renderer) -> Result<Vec<u32>> {
     Ok(heads.par_iter().map(length).collect())
 }
 
-/// A point on a surface may lie on a voxel's face: of the voxels that it touches, what has most.
+/// A point on a surface may lie on a voxel's face: the largest value of the voxels that it touches.
 fn most_near<T>(at: DVec3, edge: usize, of: impl Fn(usize) -> T, most: impl Fn(&T) -> f32) -> T {
     const NEAR: f64 = 1e-3;
     let corner =
@@ -225,7 +227,7 @@ fn most_near<T>(at: DVec3, edge: usize, of: impl Fn(usize) -> T, most: impl Fn(&
     touched.max_by(|a, b| most(a).total_cmp(&most(b))).expect("eight corners")
 }
 
-/// Bright and apart for voxels that touch.
+/// A bright colour that differs between neighbouring voxels.
 fn color_of([x, y, z]: [u32; 3]) -> [u8; 4] {
     let mut hash = x.wrapping_mul(0x9E37_79B9) ^ y.wrapping_mul(0x85EB_CA6B) ^ z.wrapping_mul(0xC2B2_AE35);
     hash ^= hash >> 15;
@@ -235,7 +237,7 @@ fn color_of([x, y, z]: [u32; 3]) -> [u8; 4] {
     [channel(0), channel(8), channel(16), 255]
 }
 
-/// In steps of two.
+/// A colour for a length, in steps of two.
 fn heat(length: u32) -> [u8; 4] {
     const COLORS: [[f64; 3]; 5] =
         [[0.0; 3], [40.0, 60.0, 220.0], [40.0, 220.0, 220.0], [240.0, 220.0, 40.0], [220.0, 30.0, 30.0]];
@@ -254,7 +256,7 @@ mod tests {
         let offered = |method: &str| {
             let mut settings = Settings::default();
             settings.set(&format!("method={method}")).unwrap();
-            let names = Layer::all().filter(|layer| layer.is_made_with(&settings)).map(|layer| layer.words().0);
+            let names = Layer::all().filter(|layer| layer.is_made_with(&settings)).map(|layer| layer.label().0);
             // Every frame has the layers of the image, and voxels.
             let is_of_method =
                 |name: &String| !name.starts_with("voxels") && !Aov::ALL.iter().any(|aov| aov.name() == *name);

@@ -1,5 +1,5 @@
-//! How frames are made: coarse ones while something moves; at rest whole ones, which go on to get better. What there is
-//! meanwhile is shown: the light of all bounces while it settles, and the mean over passes of the image.
+//! Makes frames: coarse ones during motion, complete ones at rest, which are then refined. Intermediate results are
+//! shown: the light of all bounces while it settles, and the mean over passes of the image.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -17,23 +17,24 @@ use twobounce::vk::{Context, ZoneTiming, ZoneTimings};
 use twobounce::{Error, Result};
 use winit::event_loop::EventLoopProxy;
 
-use super::job::{Beside, Choice, Frame, Job, News};
+use super::job::{Beside, Job, News, PanelChoice, ShownFrame};
 use super::layer::{Grid, Layer};
-use super::question::{self, Cost, Found, Question};
+use super::question::{self, Cost, Question, Reply};
 use super::screen::Picture;
 use super::worker::Shared;
 use crate::cli::progress::course::IMAGE_PASSES;
 
-/// Milliseconds of the image while something moves: with encoding and showing it, an answer within 100.
+/// Target time of the image during motion in milliseconds: with encoding and showing it, an answer within 100.
 const MOVING_MS: f64 = 35.0;
-/// By how much a side of the image is divided while something moves.
+/// Divisors of the image's sides during motion.
 const DIVISORS: [u32; 4] = [1, 2, 4, 8];
-/// At rest, what there is meanwhile is shown after so long,
+/// The time after which an intermediate result is shown at rest.
 const SHOW_AFTER: Duration = Duration::from_millis(250);
-/// and after so many times as long as showing it takes: pictures in between take a quarter of the time at most.
+/// The minimum interval of intermediate results as a multiple of the time for showing one, so that they take at most a
+/// quarter of the time.
 const SHOW_SHARE: u32 = 3;
 
-/// Renderers of what is shown and, second, of what is beside it.
+/// Renderers of the picture and of the second picture.
 pub struct Makers {
     context: Arc<Context>,
     scene: Arc<Scene>,
@@ -41,7 +42,7 @@ pub struct Makers {
     pub shared: Arc<Shared>,
     news: EventLoopProxy<News>,
     makers: Vec<Maker>,
-    /// As in the job that they were made for.
+    /// The number of the job for which they were made.
     shaders: u32,
 }
 
@@ -50,31 +51,31 @@ impl Makers {
         Self { context, scene, options, shared: Arc::default(), news, makers: vec![], shaders: 0 }
     }
 
-    /// Tells the window something, which may be closed.
+    /// Sends a message to the window, which may be closed.
     pub fn tell(&self, news: News) {
         self.shared.lock().step = None;
         let _ = self.news.send_event(news);
     }
 
-    /// Hands the window a job's frame, or says why there is none.
-    pub fn tell_frame(&self, job: &Job, frame: std::result::Result<Frame, String>) {
+    /// Gives the window a job's frame, or the reason why there is none.
+    pub fn tell_frame(&self, job: &Job, frame: std::result::Result<ShownFrame, String>) {
         self.shared.lock().frame = Some((job.revision, frame));
         self.tell(News::Frame);
     }
 
-    /// Makes what a job asks for, and tells of it each time that it is better than before. At rest the light is brought
-    /// as far as `render` brings it; then comes the image of one pass, and then the mean over passes: as many as the
-    /// settings ask for, then as many as the job does.
+    /// Makes the frame of a job, and reports each improvement. At rest the light first makes the passes of `render`.
+    /// Then the image is made with one pass, and then as the mean over passes: first as many as the settings request,
+    /// then as many as the job does.
     ///
     /// # Errors
-    /// As [`Renderer::render`]; [`Error::Interrupted`] once another picture is wanted.
+    /// As [`Renderer::render`]; [`Error::Interrupted`] if another picture is requested.
     pub fn make(&mut self, job: &Job) -> Result<()> {
         let began = Instant::now();
         let divisor = self.prepare(job)?;
         let mut first_ms = None;
         let mut show = |makers: &mut Self, whole| {
             let mut frame = makers.frame(job, divisor, began, whole)?;
-            // Later pictures of the job are this one, refined.
+            // Later pictures of the job are refinements of this one.
             frame.ms = *first_ms.get_or_insert(frame.ms);
             makers.tell_frame(job, Ok(frame));
             Ok::<_, Error>(())
@@ -83,7 +84,7 @@ impl Makers {
             self.draw(job)?;
             return show(self, false);
         }
-        // When what there is meanwhile is shown.
+        // The time of the next intermediate result.
         let mut due = began + SHOW_AFTER;
         while !self.makers.iter().all(|maker| maker.renderer.light_is_whole()) {
             if Instant::now() > due {
@@ -120,7 +121,7 @@ impl Makers {
         }
     }
 
-    /// A new one for a job.
+    /// A new renderer for a job.
     fn maker(&self, settings: &Settings, job: &Job) -> Result<Maker> {
         let (size, aovs) = (job.size, job.choice.layer.needs());
         let options = RenderOptions { size, aovs, responsive: true, ..self.options.clone() };
@@ -136,12 +137,12 @@ impl Makers {
         })
     }
 
-    /// Prepares for a job. Returns by how much a side of the image is divided.
+    /// Prepares for a job. Returns the divisor of the image's sides.
     fn prepare(&mut self, job: &Job) -> Result<u32> {
         if std::mem::replace(&mut self.shaders, job.shaders) != job.shaders {
             self.makers.clear();
         }
-        let Choice { settings, beside, .. } = &job.choice;
+        let PanelChoice { settings, beside, .. } = &job.choice;
         let settings: Vec<Settings> = [settings.clone()].into_iter().chain(beside.settings(settings)).collect();
         self.makers.truncate(settings.len());
         for settings in &settings[self.makers.len()..] {
@@ -155,13 +156,13 @@ impl Makers {
         Ok(divisor)
     }
 
-    /// Answers what else is asked, if anything is.
+    /// Answers a question, if there is one.
     pub fn answer(&mut self, job: &Job) {
         let Some(question) = self.shared.lock().question.take() else { return };
         let found = match (question, self.makers.first_mut()) {
-            (Question::Rays(pixel), Some(own)) => own.rays(&self.context, pixel).map(Found::Rays),
+            (Question::Rays(pixel), Some(own)) => own.rays(&self.context, pixel).map(Reply::Rays),
             (Question::Rays(_), None) => return,
-            (Question::Cost(key), _) => self.costs(key, job).map(|costs| Found::Cost(key, costs)),
+            (Question::Cost(key), _) => self.costs(key, job).map(|costs| Reply::Cost(key, costs)),
         };
         match found {
             Err(Error::Interrupted) => {}
@@ -169,7 +170,7 @@ impl Makers {
         }
     }
 
-    /// Costs of a frame with other values of a key, each on a renderer of its own.
+    /// Costs of a frame with other values of a key, each on its own renderer.
     fn costs(&self, name: &str, job: &Job) -> Result<Vec<Cost>> {
         let entries = job.choice.settings.entries();
         let Some((key, now)) = entries.iter().find(|(key, _)| key.name == name) else { return Ok(vec![]) };
@@ -190,13 +191,13 @@ impl Makers {
         settings.set(assignment)?;
         let mut maker = self.maker(&settings, job)?;
         maker.prepare(job, &settings, 1)?;
-        maker.draw(job)?; // warms up
+        maker.draw(job)?; // warm-up
         maker.renderer.make_anew();
         maker.draw(job)?;
         Ok((maker.report().timings.gpu_ms, maker.renderer.plan().total()))
     }
 
-    /// Where the grids of the last frame stand.
+    /// The boxes of the last frame's grids.
     fn boxes(&self) -> Vec<[DVec3; 2]> {
         let ground = &self.makers[0].renderer.frame().ground;
         let (base, places) = (&ground.desc.grid, ground.lists.iter().map(|lists| lists.place));
@@ -204,7 +205,7 @@ impl Makers {
             let least = base.corner + DVec3::from(place.corner.map(f64::from)) * base.voxel_m;
             [least, least + DVec3::splat(f64::from(place.edge) * f64::from(place.voxel) * base.voxel_m)]
         });
-        // And the boxes of finer voxels in the base grid.
+        // The boxes of finer voxels in the base grid are included.
         let edge = f64::from(base.edge) * base.voxel_m;
         let finer = ground.base().boxes.iter().take(base.boxes as usize).zip(1..).map(|(corner, number)| {
             let least = base.corner + DVec3::from(corner.map(f64::from)) * base.voxel_m;
@@ -213,7 +214,7 @@ impl Makers {
         corners.chain(finer).collect()
     }
 
-    /// Whether the settings ask for more passes over the image.
+    /// Whether the settings request more passes over the image.
     fn lacks_passes(&self) -> bool {
         self.makers.iter().any(|maker| maker.renderer.passes() < maker.settings_passes())
     }
@@ -223,8 +224,8 @@ impl Makers {
         self.makers.iter_mut().try_for_each(|maker| maker.draw(job))
     }
 
-    /// The frame that was drawn last, to be shown.
-    fn frame(&mut self, job: &Job, divisor: u32, began: Instant, whole: bool) -> Result<Frame> {
+    /// The last drawn frame, for showing.
+    fn frame(&mut self, job: &Job, divisor: u32, began: Instant, whole: bool) -> Result<ShownFrame> {
         let Self { context, makers, .. } = self;
         let (picture, image, display) = makers[0].picture(job, None, context)?;
         let beside = makers.get_mut(1).map(|maker| {
@@ -232,7 +233,7 @@ impl Makers {
             Ok::<_, Error>(Beside { picture, image, gpu_ms: maker.report().timings.gpu_ms })
         });
         let own = &makers[0];
-        Ok(Frame {
+        Ok(ShownFrame {
             job: job.clone(),
             picture,
             image,
@@ -251,41 +252,41 @@ impl Makers {
     }
 }
 
-/// When a picture comes next after one whose making began then.
+/// The time of the next picture after one whose rendering began then.
 fn next_due(began: Instant) -> Instant {
     Instant::now() + SHOW_AFTER + SHOW_SHARE * began.elapsed()
 }
 
-/// The least by which a side of the image is divided to be made soon.
+/// The smallest divisor with which an image is fast enough.
 fn divisor(size: (u32, u32), ms_per_pixel: f64) -> u32 {
     let pixels = f64::from(size.0) * f64::from(size.1);
     let soon = |d: &&u32| pixels / f64::from(**d * **d) * ms_per_pixel <= MOVING_MS;
     DIVISORS.iter().find(soon).or(DIVISORS.last()).copied().unwrap_or(1)
 }
 
-/// Zones of a frame other than those of its image.
+/// Zones of a frame except those of its image.
 fn light_zones(timings: &ZoneTimings) -> Vec<ZoneTiming> {
     timings.zones.iter().filter(|zone| !IMAGE_PASSES.contains(&zone.name)).cloned().collect()
 }
 
-/// A renderer, and what it was made for.
+/// A renderer and its inputs.
 struct Maker {
     renderer: Renderer,
     made_for: (Settings, (u32, u32), Layer),
-    /// Seconds after `--time` that its light is of; `None` while the scene moves: light of before is in it.
+    /// The time of its light in seconds after `--time`; `None` during motion, when older light is included.
     lit_at: Option<f64>,
-    /// Of one pass over the image, as it was last.
+    /// Time of the last image with one pass.
     ms_per_pixel: f64,
     report: Option<FrameReport>,
-    /// Times of what came before the image, when that was made last.
+    /// Times of the passes before the image, when they last ran.
     light: Vec<ZoneTiming>,
-    /// Made when it is first asked for.
+    /// Debug views, which are created on the first request.
     inspect: Option<Inspect>,
 }
 
 impl Maker {
-    /// Changes to what a job asks for. At rest, light of another moment is forgotten: the picture is to be the one that
-    /// `render` makes.
+    /// Adopts the settings of a job. At rest, light of another time is discarded, so that the picture equals that of
+    /// `render`.
     fn prepare(&mut self, job: &Job, settings: &Settings, divisor: u32) -> Result<()> {
         let size = ((job.size.0 / divisor).max(1), (job.size.1 / divisor).max(1));
         let (made_settings, made_size, layer) = &self.made_for;
@@ -326,14 +327,14 @@ impl Maker {
         Ok(())
     }
 
-    /// Times stay those of the first pass, which are a frame's.
+    /// Times stay those of the first pass, which are those of a frame.
     fn refine(&mut self, job: &Job) -> Result<()> {
         let noise = self.renderer.refine(&job.pose, &job.view)?.noise;
         self.report.iter_mut().for_each(|report| report.noise = noise);
         Ok(())
     }
 
-    /// Passes over the image that the settings ask for.
+    /// The number of passes over the image in the settings.
     fn settings_passes(&self) -> u32 {
         self.made_for.0.image.passes
     }
@@ -343,12 +344,12 @@ impl Maker {
     }
 
     /// The rays of a pixel of the last image.
-    fn rays(&mut self, context: &Arc<Context>, pixel: (u32, u32)) -> Result<Vec<question::Ray>> {
+    fn rays(&mut self, context: &Arc<Context>, pixel: (u32, u32)) -> Result<Vec<question::GatherRay>> {
         let inspect = question::inspect(&mut self.inspect, context, &self.renderer, &self.made_for.0)?;
         Ok(question::rays(&inspect.rays(context, question::inspected(&self.renderer), pixel)?, &self.renderer))
     }
 
-    /// The picture that was drawn last, its image, and how it is shown: as `display` says, or by the job's choice.
+    /// The last drawn picture, its image, and its display: `display`, or the job's choice.
     fn picture(
         &mut self,
         job: &Job,
@@ -368,12 +369,12 @@ impl Maker {
     }
 }
 
-/// A layer as a display takes it; the image as a PNG has it.
+/// A layer in display codes; the image as in a PNG.
 pub fn encode(image: &Layers, layer: Aov, display: Display) -> Vec<u8> {
     let code = |p: &[f32; 3]| match layer {
         Aov::Beauty | Aov::Direct | Aov::Indirect => display.codes(*p),
         Aov::Normal => p.map(|c| (255.0 * (0.5 * c + 0.5)).round() as u8),
-        // Half as bright a metre away.
+        // The picture is half as bright for each metre of depth.
         Aov::Depth => p.map(|c| srgb_code(1.0 / (1.0 + c))),
         Aov::Alpha | Aov::Ao | Aov::Albedo | Aov::Diffuse => p.map(srgb_code),
     };

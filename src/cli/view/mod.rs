@@ -1,8 +1,8 @@
-//! `twobounce view`: a scene in a window. [`worker`] makes frames of each [`job`] on a thread, as [`maker`] says,
-//! [`answers`] takes them, [`mod@picture`] is what of them is on the [`screen`], [`panel`] has the settings and
-//! [`times`], [`overlay`] lines over the picture. [`subject`] is what is open, [`eye`] what keys and mouse move,
-//! [`events`] what they do; [`layer`] is what of a frame is shown, [`beside`] other settings next to it, [`truth`] the
-//! path tracer beside, [`question`] what else is asked of the thread. [`script`] plays a user for tests.
+//! `twobounce view`: a scene in a window. [`worker`] makes frames of each [`job`] on a thread with [`maker`], and
+//! [`answers`] receives them. [`mod@picture`] composes the picture for the [`screen`]. [`panel`] has the settings and
+//! [`times`], and [`overlay`] draws lines over the picture. [`subject`] is the open scene, and [`eye`] the view that
+//! keys and mouse move ([`events`]). [`layer`] selects the shown data, [`beside`] a second picture, [`truth`] the path
+//! tracer, and [`question`] further queries to the thread. [`script`] plays a user in tests.
 
 mod answers;
 mod beside;
@@ -48,7 +48,7 @@ use super::interrupt;
 use super::scene::fitted;
 use answers::Losses;
 use eye::Eye;
-use job::{Choice, Frame, Job, News};
+use job::{Job, News, PanelChoice, ShownFrame};
 use maker::Makers;
 use panel::Panel;
 use picture::Mixed;
@@ -66,32 +66,32 @@ pub struct ViewArgs {
     pub settings: SettingsArgs,
     #[command(flatten)]
     pub display: DisplayArgs,
-    /// Play the animation at once
+    /// Start the animation at once
     #[arg(long)]
     pub play: bool,
-    /// At rest, refine the picture to the mean of so many passes over the image; C then prints as many
+    /// At rest, refine the picture to the mean of this many passes over the image; C then prints the number
     #[arg(long, value_name = "PASSES", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub refine: u32,
-    /// Watch this folder of GLSL, and show what is saved there [default: that of the program's source]
+    /// The folder of GLSL to watch; saved files are compiled and shown [default: that of the program's source]
     #[cfg(feature = "hot-reload")]
     #[arg(long, value_name = "DIR")]
     pub glsl: Option<PathBuf>,
-    /// Do what this file says, line by line, as a user would; for tests
+    /// Play the acts of this file, line by line; for tests
     #[arg(long, value_name = "FILE", hide = true)]
     pub script: Option<PathBuf>,
     #[command(flatten)]
     pub run: RunArgs,
 }
 
-/// The camera counts as at rest this long after it moved.
+/// The time without movement after which the camera counts as at rest.
 const REST: Duration = Duration::from_millis(250);
-/// The longest time that a step of movement makes up for: a window that was suspended does not leap.
+/// The longest time of a movement step, so that a suspended window does not jump.
 const LONGEST_STEP: Duration = Duration::from_millis(100);
-/// The longest time that an animation goes on from one frame to the next.
+/// The longest time that an animation advances from one frame to the next.
 const LONGEST_LEAP: Duration = Duration::from_secs(1);
-/// The scene's diagonals that a held key goes in a second, at first.
+/// The initial speed of a held key in scene diagonals per second.
 const SPEED: f64 = 0.15;
-/// Keys that move the eye: to the right, up, and ahead.
+/// Keys that move the eye: to the right, up, and forward.
 const WAYS: [(KeyCode, DVec3); 6] = [
     (KeyCode::KeyD, DVec3::X),
     (KeyCode::KeyA, DVec3::NEG_X),
@@ -104,8 +104,8 @@ const WAYS: [(KeyCode, DVec3); 6] = [
 pub const KEYS: &str = "W A S D, Q E  move\nleft button  look about\nright button  rays of a pixel\nmiddle, or Alt and left  orbit\nwheel  speed\nF  frame the scene\n\
 Space  play or pause\nR  read the scene's file again; a file dropped here is shown instead\nC  print the command of this picture\nP  save it as PNG and EXR\nTab  panel\nEsc  close";
 
-/// Opens the window, and stays until it is closed. `typed`: scene and flags, as `render` takes them too; `instead`:
-/// what to use where there is no window.
+/// Opens the window until it is closed. `typed` holds the scene and flags, which `render` understands too; `instead`
+/// names an alternative without a window.
 pub fn run(args: &ViewArgs, typed: Vec<String>, instead: &str) -> anyhow::Result<ExitCode> {
     show(args, typed).map_err(|error| match error.downcast::<NoWindow>() {
         Ok(NoWindow(why)) => anyhow!("no window can be opened ({why}): use {instead}"),
@@ -113,7 +113,7 @@ pub fn run(args: &ViewArgs, typed: Vec<String>, instead: &str) -> anyhow::Result
     })
 }
 
-/// Why there can be no window.
+/// The reason why there can be no window.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 struct NoWindow(String);
@@ -121,7 +121,7 @@ struct NoWindow(String);
 impl NoWindow {
     fn because(why: impl std::fmt::Display) -> anyhow::Error {
         let text = why.to_string();
-        // The window library says first at which of its own lines, on the machine that built the program.
+        // The window library begins with a path and line of the machine that built it.
         let said = text.strip_prefix("os error at ").and_then(|rest| rest.split_once(": "));
         Self(said.map_or(text.as_str(), |(_, why)| why.trim_end_matches('.')).to_owned()).into()
     }
@@ -138,7 +138,7 @@ fn show(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     #[cfg(feature = "hot-reload")]
     reload::begin(args.glsl.as_deref(), event_loop.create_proxy())?;
     let (tone, exposure) = (args.display.tone(), args.display.exposure_ev());
-    let choice = Choice { settings, tone, exposure, refine: args.refine, ..Choice::default() };
+    let choice = PanelChoice { settings, tone, exposure, refine: args.refine, ..PanelChoice::default() };
     let now = Instant::now();
     let mut app = App {
         run: args.run.clone(),
@@ -188,8 +188,8 @@ fn show(args: &ViewArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The window and what belongs to it; fields are dropped in this order.
-struct Shown {
+/// The window and its resources; fields are dropped in this order.
+struct OpenWindow {
     egui: egui_winit::State,
     screen: Screen,
     window: Window,
@@ -199,19 +199,19 @@ struct App {
     run: RunArgs,
     context: Arc<Context>,
     subject: Subject,
-    /// The subject that was open before, with its settings, eye and time, until the first frame of the new one.
+    /// The previous scene with its settings, eye and time, until the first frame of the new one.
     before: Option<(Subject, Settings, Option<Eye>, f64)>,
     opened: Instant,
     proxy: EventLoopProxy<News>,
     worker: Option<Worker>,
-    /// The first job of this worker: what comes of those before is of another.
+    /// The first job of this worker; results of earlier jobs belong to another one.
     first: u64,
-    /// How often shaders were compiled anew.
+    /// How often shaders were recompiled.
     shaders: u32,
-    shown: Option<Shown>,
+    shown: Option<OpenWindow>,
     panel: Panel,
     script: Script,
-    /// `None`: the camera that was asked for, at its place.
+    /// The eye; `None` for the requested camera.
     eye: Option<Eye>,
     speed: f64,
     held: HashSet<KeyCode>,
@@ -220,24 +220,24 @@ struct App {
     later_s: f64,
     plays: bool,
     stepped: Instant,
-    /// When the animation went on last.
+    /// The time at which the animation last advanced.
     played: Instant,
     moved: Option<Instant>,
     asked: Option<Job>,
-    /// When the window was drawn last.
+    /// The time at which the window was last drawn.
     drawn: Instant,
-    /// When the newest job was asked for.
+    /// The time of the newest job.
     asked_at: Instant,
-    /// Of the job that was answered last, with a frame or with words.
+    /// The job that was last answered by a frame or an error.
     answered: u64,
-    /// With nothing better to come that was asked for.
+    /// Whether the frame is complete.
     whole: bool,
-    /// The picture is to be saved once it is whole.
+    /// Whether the picture is saved once it is complete.
     saves: bool,
-    frame: Option<Frame>,
+    frame: Option<ShownFrame>,
     truth: Option<Truth>,
     compared: Option<Compared>,
-    /// How the picture on the screen was mixed from the frame; `None` where that picture is older.
+    /// The mix of the picture on the screen; `None` if the picture is older than the frame.
     mixed: Option<Mixed>,
     lost: Losses,
     failed: Option<anyhow::Error>,
@@ -254,18 +254,18 @@ impl App {
         self.start()
     }
 
-    /// Opens the window's own device, and what is drawn by it.
+    /// Opens the window's own device and its resources.
     fn show_in(&mut self, window: Window) -> anyhow::Result<()> {
         let screen = Screen::new(&window, &self.context.name, self.run.device.validation)?;
         let context = egui::Context::default();
         let side = Some(4096);
         let egui = egui_winit::State::new(context, egui::ViewportId::ROOT, &window, None, None, side);
-        self.shown = Some(Shown { egui, screen, window });
+        self.shown = Some(OpenWindow { egui, screen, window });
         self.mixed = None;
         Ok(())
     }
 
-    /// Starts to make frames of what is open.
+    /// Starts to make frames of the open scene.
     fn start(&mut self) -> anyhow::Result<()> {
         self.worker = None; // waits for its frame
         self.first = self.next_revision();
@@ -276,12 +276,12 @@ impl App {
         Ok(())
     }
 
-    /// Another scene, as `twobounce view` shows it without flags.
+    /// Opens a dropped scene, as `twobounce view` shows it without flags.
     fn dropped(&mut self, path: &Path) {
         self.reopen(SceneArgs::plain(path, self.subject.args.size), vec![]);
     }
 
-    /// Opens a scene instead of the one that is shown; where that fails, says why, and keeps what there is.
+    /// Opens another scene. If that fails, shows the error and keeps the current one.
     fn reopen(&mut self, args: SceneArgs, typed: Vec<String>) {
         let opened = match args.open_for(&self.context, &self.run) {
             Ok(opened) => opened,
@@ -289,7 +289,7 @@ impl App {
         };
         self.panel.error = None;
         self.panel.rays.clear();
-        // Voxels that were fitted to another scene are no measure for this one.
+        // Voxels that were fitted to another scene are not suitable for this one.
         let mut settings = self.panel.choice.settings.clone();
         if settings.grid.center == Center::Camera {
             (settings.grid.center, settings.grid.side) = (Center::Scene, None);
@@ -306,21 +306,21 @@ impl App {
         }
     }
 
-    /// The eye to move: from now on the camera is not the one that was asked for.
+    /// The movable eye: the camera is no longer the requested one.
     fn eye(&mut self) -> &mut Eye {
         let Subject { scene, shot, diagonal_m, .. } = &self.subject;
-        self.eye.get_or_insert_with(|| Eye::of(&shot.at(scene, self.later_s).1, 0.5 * diagonal_m))
+        self.eye.get_or_insert_with(|| Eye::of_view(&shot.at(scene, self.later_s).1, 0.5 * diagonal_m))
     }
 
-    /// Asks for a frame of what is to be seen now.
+    /// Requests a frame of the current view.
     fn ask(&mut self, moving: bool) {
         let (Some(worker), Some(shown)) = (&self.worker, &self.shown) else { return };
         let size = shown.screen.size();
         if size.0 == 0 || size.1 == 0 {
-            return; // minimised
+            return; // the window is minimised
         }
         let Subject { scene, shot, .. } = &self.subject;
-        // Where only the eye moves, the pose stays.
+        // If only the eye moves, the pose stays.
         let same = self.asked.as_ref().filter(|job| job.revision >= self.first && job.later_s == self.later_s);
         let pose = same.map_or_else(|| Arc::new(shot.pose(scene, self.later_s)), |job| job.pose.clone());
         let job = Job {
@@ -346,7 +346,7 @@ impl App {
         self.ask(true);
     }
 
-    /// Moves the eye by the held keys, and the animation, by the time since the last step.
+    /// Advances the eye by the held keys, and the animation, by the time since the last step.
     fn step(&mut self) {
         let since = self.stepped.elapsed().min(LONGEST_STEP).as_secs_f64();
         self.stepped = Instant::now();
@@ -356,7 +356,7 @@ impl App {
             let metres = self.speed * self.subject.diagonal_m * since;
             self.eye().walk(by * metres);
         }
-        // An animation waits for the frames that it is shown in.
+        // An animation waits until its frames are shown.
         let shows = self.asked.as_ref().is_none_or(|job| job.revision == self.answered);
         if self.plays && shows {
             self.later_s += self.played.elapsed().min(LONGEST_LEAP).as_secs_f64();
@@ -370,7 +370,7 @@ impl App {
         }
     }
 
-    /// Whether the last thing asked for is answered, whole.
+    /// Whether the newest job has its complete frame.
     fn rests(&self) -> bool {
         let is_last = |job: &Job| !job.moving && job.revision == self.answered && job.choice == self.panel.choice;
         self.asked.as_ref().is_some_and(is_last) && self.whole && self.moved.is_none()

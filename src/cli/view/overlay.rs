@@ -1,22 +1,22 @@
-//! Lines over the picture: where the grids stand, and the rays of a pixel.
+//! Lines over the picture: the boxes of grids, and the rays of a pixel.
 
 use glam::DVec3;
 use twobounce::output::display::Display;
 use twobounce::scene::View;
 
-use super::question::Ray;
+use super::question::GatherRay;
 
-/// How lines of the world come onto the screen.
+/// The projection of lines in the world to the screen.
 pub struct Lines<'a> {
     painter: egui::Painter,
     view: &'a View,
-    /// Pixels.
+    /// Size of the picture in pixels.
     size: (u32, u32),
     pixels_per_point: f32,
 }
 
 impl<'a> Lines<'a> {
-    /// Over the picture, below the panel.
+    /// Lines over the picture and below the panel.
     pub fn new(context: &egui::Context, view: &'a View, size: (u32, u32)) -> Self {
         let painter = context.layer_painter(egui::LayerId::background());
         Self { painter, view, size, pixels_per_point: context.pixels_per_point() }
@@ -29,7 +29,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// The edges of boxes, each by its least and its largest corner; the first one is the base grid's.
+    /// The edges of boxes, each given by its least and its largest corner; the first one is the base grid's.
     pub fn boxes(&self, boxes: &[[DVec3; 2]]) {
         for (at, [least, most]) in boxes.iter().enumerate() {
             let color = if at == 0 { egui::Color32::YELLOW } else { egui::Color32::from_rgb(90, 200, 255) };
@@ -42,8 +42,8 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Rays as bright as what they brought, exposed like the picture; what brought nothing is grey.
-    pub fn rays(&self, rays: &[Ray], display: Display) {
+    /// Rays with the brightness of their radiance, exposed like the picture; black ones are grey.
+    pub fn rays(&self, rays: &[GatherRay], display: Display) {
         for ray in rays {
             let [r, g, b] = display.codes(ray.light);
             let color = egui::Color32::from_rgb(r.max(60), g.max(60), b.max(60));
@@ -56,12 +56,12 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// The rays in words, those that brought most first.
-pub fn show_rays(ui: &mut egui::Ui, rays: &[Ray]) {
-    let brightness = |ray: &Ray| ray.light.iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0;
+/// The rays as text, the brightest first.
+pub fn show_rays(ui: &mut egui::Ui, rays: &[GatherRay]) {
+    let brightness = |ray: &GatherRay| ray.light.iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0;
     let all = rays.iter().map(brightness).sum::<f64>();
     ui.label(format!("{} rays, mean radiance {:.4}", rays.len(), all / rays.len().max(1) as f64));
-    let mut sorted: Vec<&Ray> = rays.iter().collect();
+    let mut sorted: Vec<&GatherRay> = rays.iter().collect();
     sorted.sort_by(|a, b| brightness(b).total_cmp(&brightness(a)));
     egui::Grid::new("rays").striped(true).show(ui, |ui| {
         for ray in sorted {

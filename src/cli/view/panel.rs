@@ -1,4 +1,4 @@
-//! The panel: settings, layers, exposure; what the frame took.
+//! The panel: settings, layers, exposure, and the times of the frame.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -8,51 +8,51 @@ use twobounce::settings::{PRESETS, Range, Settings};
 use twobounce::vk::Step;
 
 use super::beside::{Mix, Mixing, Other};
-use super::job::{Choice, Frame};
+use super::job::{PanelChoice, ShownFrame};
 use super::layer::{GridLayer, LEVELS, Layer, SIDES};
-use super::question::{Cost, Found, Question, Ray};
+use super::question::{Cost, GatherRay, Question, Reply};
 use super::times::{self, History};
 use super::truth::Compared;
 use super::{KEYS, overlay};
 
-/// How long words about what a key did are shown.
+/// The time for which a message about a key is shown.
 const SAID_FOR: Duration = Duration::from_secs(4);
 
 #[derive(Default)]
 pub struct Panel {
     pub open: bool,
     pub preset: String,
-    pub choice: Choice,
-    /// How both are shown where something is beside.
+    pub choice: PanelChoice,
+    /// The display of both pictures, if there are two.
     pub mixing: Mixing,
-    /// Whether the path tracer runs beside a picture at rest.
+    /// Whether the path tracer runs for a picture at rest.
     pub truth: bool,
-    /// From image to reference to error: see [`Compared::picture`].
+    /// The blend from image to reference to error: see [`Compared::picture`].
     pub fade: f32,
-    /// Why a setting or a scene was refused, until the next one.
+    /// The reason why a setting or a scene was refused, until the next one.
     pub error: Option<String>,
-    /// Words about what a key did, and since when they are shown.
+    /// A message about a key, and the time at which it appeared.
     said: Option<(String, Instant)>,
-    /// Why there is no frame of what is asked for.
+    /// The reason why there is no frame of the current job.
     pub frame_error: Option<String>,
-    /// Why GLSL that was saved is not in use.
+    /// The reason why saved GLSL is not in use.
     pub shader_error: Option<String>,
     /// Values that are being typed.
     typed: BTreeMap<&'static str, String>,
     all: bool,
-    /// Whether the grids' bounds are shown.
+    /// Whether the grids' boxes are shown.
     pub bounds: bool,
     pub history: History,
-    /// Question to the thread that makes frames, until that takes it.
+    /// A question to the thread that makes frames, until the thread takes it.
     pub question: Option<Question>,
-    /// Costs of frames with other values of a setting, all others as these are.
+    /// Costs of frames with other values of a setting, with these other settings.
     costs: (BTreeMap<&'static str, Vec<Cost>>, Settings),
     /// The rays of a pixel.
-    pub rays: Vec<Ray>,
+    pub rays: Vec<GatherRay>,
 }
 
 impl Panel {
-    pub fn new(preset: &str, choice: Choice) -> Self {
+    pub fn new(preset: &str, choice: PanelChoice) -> Self {
         Self {
             open: true,
             preset: preset.to_owned(),
@@ -63,30 +63,30 @@ impl Panel {
         }
     }
 
-    /// Takes the answer to a question.
-    pub fn take(&mut self, found: Result<Found, String>) {
+    /// Receives the answer to a question.
+    pub fn take(&mut self, found: Result<Reply, String>) {
         self.error = None;
         match found {
-            Ok(Found::Rays(rays)) => self.rays = rays,
-            Ok(Found::Cost(key, costs)) => drop(self.costs.0.insert(key, costs)),
+            Ok(Reply::Rays(rays)) => self.rays = rays,
+            Ok(Reply::Cost(key, costs)) => drop(self.costs.0.insert(key, costs)),
             Err(words) => self.error = Some(words),
         }
     }
 
-    /// Costs of settings in the panel's words; for tests.
+    /// The costs of settings as text, for tests.
     pub fn costs_in_words(&self) -> String {
         let of = |(key, costs): (&&str, &Vec<Cost>)| {
-            let values: Vec<String> = costs.iter().map(Cost::words).collect();
+            let values: Vec<String> = costs.iter().map(Cost::in_words).collect();
             format!("{key}: {}", values.join(", "))
         };
         self.costs.0.iter().map(of).collect::<Vec<_>>().join("; ")
     }
 
-    /// Shows it.
+    /// Shows the panel.
     pub fn show(
         &mut self,
         context: &egui::Context,
-        frame: Option<&Frame>,
+        frame: Option<&ShownFrame>,
         compared: Option<&Compared>,
         step: Option<Step>,
     ) {
@@ -108,11 +108,11 @@ impl Panel {
                     (None, None) => "preparing the scene".into(),
                 });
                 self.show_view(ui, frame);
-                ui.checkbox(&mut self.truth, "error against the truth");
+                ui.checkbox(&mut self.truth, "error against the path tracer");
                 if self.truth {
                     let slider = egui::Slider::new(&mut self.fade, 0.0..=2.0).show_value(false);
                     ui.add(slider.text("image, reference, FLIP"));
-                    ui.label(compared.map_or("the path tracer starts when the picture rests".into(), Compared::words));
+                    ui.label(compared.map_or("the path tracer starts when nothing moves".into(), Compared::in_words));
                 }
                 ui.collapsing("settings", |ui| self.show_settings(ui));
                 if let Some(frame) = frame {
@@ -126,17 +126,17 @@ impl Panel {
         });
     }
 
-    /// Shows words for some seconds.
+    /// Shows a message for some seconds.
     pub fn say(&mut self, words: String) {
         self.said = Some((words, Instant::now()));
     }
 
-    /// Takes back what was said long enough ago. Whether something was.
+    /// Removes an expired message. Returns whether there was one.
     pub fn forgets(&mut self) -> bool {
         self.said.take_if(|(_, since)| since.elapsed() > SAID_FOR).is_some()
     }
 
-    /// Errors and what was said last, below the picture's middle, where they move nothing else.
+    /// Errors and the last message, below the picture's middle, where they move nothing else.
     pub fn show_notice(&mut self, context: &egui::Context) {
         let errors = self.error.iter().chain(&self.frame_error).map(|words| (words, egui::Color32::LIGHT_RED));
         let said = self.said.iter().map(|(words, _)| (words, egui::Color32::LIGHT_GRAY));
@@ -153,7 +153,7 @@ impl Panel {
         });
     }
 
-    fn show_view(&mut self, ui: &mut egui::Ui, frame: Option<&Frame>) {
+    fn show_view(&mut self, ui: &mut egui::Ui, frame: Option<&ShownFrame>) {
         egui::ComboBox::from_label("preset").selected_text(&self.preset).show_ui(ui, |ui| {
             for preset in PRESETS {
                 let chosen = ui.selectable_label(self.preset == preset.name, preset.name).on_hover_text(preset.meaning);
@@ -167,10 +167,10 @@ impl Panel {
         if !self.choice.layer.is_made_with(&self.choice.settings) {
             self.choice.layer = Layer::BEAUTY;
         }
-        let (name, meaning) = self.choice.layer.words();
+        let (name, meaning) = self.choice.layer.label();
         egui::ComboBox::from_label("layer").selected_text(name).height(400.0).show_ui(ui, |ui| {
             for layer in Layer::all().filter(|layer| layer.is_made_with(&self.choice.settings)) {
-                ui.selectable_value(&mut self.choice.layer, layer, layer.words().0);
+                ui.selectable_value(&mut self.choice.layer, layer, layer.label().0);
             }
         });
         if !meaning.is_empty() {
@@ -222,11 +222,12 @@ impl Panel {
             }
         });
         let refine = egui::Slider::new(&mut self.choice.refine, 1..=4096).logarithmic(true);
-        ui.add(refine.text("passes at rest")).on_hover_text("the mean over so many passes is shown; C prints as many");
+        ui.add(refine.text("passes at rest"))
+            .on_hover_text("shows the mean of this many passes; C prints a command with as many");
     }
 
     fn show_settings(&mut self, ui: &mut egui::Ui) {
-        ui.checkbox(&mut self.all, "all, also rare ones");
+        ui.checkbox(&mut self.all, "all, with rare ones");
         if self.costs.1 != self.choice.settings {
             self.costs = (BTreeMap::new(), self.choice.settings.clone());
         }
@@ -270,7 +271,7 @@ impl Panel {
                 }
             });
             for cost in self.costs.0.get(key.name).into_iter().flatten() {
-                let words = egui::RichText::new(cost.words());
+                let words = egui::RichText::new(cost.in_words());
                 ui.label(if cost.is_now { words.strong() } else { words });
             }
         }

@@ -1,4 +1,4 @@
-//! The picture on the screen: the frame, or what it is mixed with, lines over it, and the panel.
+//! The picture on the screen: the frame, or a mix with it, lines over it, and the panel.
 
 use std::path::Path;
 use std::time::Instant;
@@ -12,15 +12,15 @@ use super::overlay::Lines;
 use super::screen::Overlay;
 use super::truth::Truth;
 
-/// Seconds that each of two pictures is shown by turns.
+/// Seconds for which each of two alternating pictures is shown.
 const FLICKER_S: f64 = 0.5;
 
-/// The picture on the screen, of a frame: how far it is faded to the reference, that one's samples, and how it is shown
-/// with what is beside.
+/// The mix of the picture on the screen: the blend with the reference, the samples of the reference, and the mix with
+/// the second picture.
 pub type Mixed = (f32, Option<u32>, Mixing);
 
 impl App {
-    /// Starts and ends the path tracer, and mixes what it found into the picture.
+    /// Starts and ends the path tracer, and mixes its result into the picture.
     pub(super) fn compare(&mut self) -> anyhow::Result<()> {
         let Some(frame) = &self.frame else { return Ok(()) };
         let newest = self.rests() && frame.job.revision == self.answered;
@@ -74,7 +74,7 @@ impl App {
                 lines.rays(&panel.rays, frame.display);
             }
             panel.show(ui.ctx(), frame, compared, step);
-            // A picture that is grabbed without the panel is the picture alone.
+            // A picture that is grabbed without the panel contains nothing else.
             if grab.is_none() || panel.open {
                 panel.show_notice(ui.ctx());
             }

@@ -16,36 +16,35 @@ use twobounce::{Error, Result};
 pub enum Question {
     /// The rays of this pixel of the last picture.
     Rays((u32, u32)),
-    /// Cost of a frame with a key's other values.
+    /// The cost of a frame with other values of a key.
     Cost(&'static str),
 }
 
 /// Answer to a [`Question`].
-pub enum Found {
-    Rays(Vec<Ray>),
+pub enum Reply {
+    Rays(Vec<GatherRay>),
     Cost(&'static str, Vec<Cost>),
 }
 
-/// A ray that diffuse light was gathered along. Metres in the world; radiance.
-pub struct Ray {
+/// A ray that gathered diffuse light. Positions are in metres in the world; light is radiance.
+pub struct GatherRay {
     pub from: DVec3,
     pub to: DVec3,
     pub light: [f32; 3],
-    /// In words; empty for the sky.
+    /// The hit surface as text; empty for the sky.
     pub met: String,
 }
 
-/// A frame with one value of a setting, all else as it is.
+/// A frame with another value of a setting.
 pub struct Cost {
     pub value: String,
     pub is_now: bool,
-    /// Milliseconds of device time for a frame whose lists, light and image are all made anew, and bytes of device
-    /// memory; or why not.
+    /// Milliseconds of device time of a frame from scratch, and bytes of device memory; or the reason why it failed.
     pub taken: std::result::Result<(f64, u64), String>,
 }
 
 impl Cost {
-    pub fn words(&self) -> String {
+    pub fn in_words(&self) -> String {
         match &self.taken {
             Ok((ms, bytes)) => format!("{}: {ms:.1} ms, {:.0} MiB", self.value, mib(*bytes)),
             Err(why) => format!("{}: {why}", self.value),
@@ -53,10 +52,10 @@ impl Cost {
     }
 }
 
-/// Passes that look at what a frame of the method `rays` did, made when they are first asked for.
+/// The debug views of a frame of the method `rays`, which are created on the first request.
 ///
 /// # Errors
-/// Another method.
+/// The frame has another method.
 pub fn inspect<'a>(
     made: &'a mut Option<Inspect>,
     context: &Arc<Context>,
@@ -65,7 +64,7 @@ pub fn inspect<'a>(
 ) -> Result<&'a Inspect> {
     if settings.method != Method::Rays {
         let words =
-            format!("only the method rays keeps light on surfaces, not {}: choose such a preset", settings.method);
+            format!("only the method rays stores light on surfaces, not {}: choose a preset of rays", settings.method);
         return Err(Error::Usage(words));
     }
     if made.is_none() {
@@ -74,18 +73,18 @@ pub fn inspect<'a>(
     Ok(made.as_ref().expect("just made"))
 }
 
-/// The last frame, to be looked at.
+/// The last frame as input of debug views.
 pub fn inspected(renderer: &Renderer) -> Inspected<'_> {
     let frame = renderer.frame();
     Inspected { ground: &frame.ground, method: &*frame.method }
 }
 
 /// The rays in the world.
-pub fn rays(found: &[InspectedRay], renderer: &Renderer) -> Vec<Ray> {
+pub fn rays(found: &[InspectedRay], renderer: &Renderer) -> Vec<GatherRay> {
     let (scene, frame) = (renderer.scene(), renderer.frame());
     let grid = &frame.ground.desc.grid;
     let world = |voxels: [f32; 3]| grid.corner + DVec3::from(voxels.map(f64::from)) * grid.voxel_m;
-    let ray = |ray: &InspectedRay| Ray {
+    let ray = |ray: &InspectedRay| GatherRay {
         from: world(ray.from),
         to: world(ray.to),
         light: ray.light.map(|c| c / frame.scale),
@@ -94,7 +93,7 @@ pub fn rays(found: &[InspectedRay], renderer: &Renderer) -> Vec<Ray> {
     found.iter().filter(|ray| ray.from != ray.to).map(ray).collect()
 }
 
-/// A triangle in words: its instance's and its material's name, and the side.
+/// A triangle as text: the names of its instance and material, and the side.
 fn met(scene: &Scene, source: u32, back: bool) -> String {
     let mut first = 0;
     let instance = scene.instances.iter().find(|instance| {
@@ -107,7 +106,7 @@ fn met(scene: &Scene, source: u32, back: bool) -> String {
     format!("{name}, {}", if back { "back" } else { "front" })
 }
 
-/// Values of a key worth comparing with `now`: all of a few, or half and double.
+/// Values of a key to compare with `now`: all if there are few, otherwise half and double.
 pub fn neighbours(key: &Key, now: &str) -> Vec<String> {
     let whole = |least: u32, most: u32| match now.parse::<u32>() {
         Ok(n) => {

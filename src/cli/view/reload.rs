@@ -1,4 +1,4 @@
-//! Hot reload: looks for GLSL that was saved, on a thread, and says what came of it.
+//! Hot reload: a thread watches GLSL files, and reports the result of saved ones.
 
 use std::path::Path;
 use std::time::Duration;
@@ -10,12 +10,12 @@ use super::job::News;
 use crate::cli::threads;
 use crate::say;
 
-/// The GLSL of the source that the program was built from.
+/// The GLSL folder of the source from which the program was built.
 const OWN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/glsl");
-/// Files are looked at this often.
+/// The interval of checks.
 const EVERY: Duration = Duration::from_millis(200);
 
-/// Watches the folder, or that of the program's source where there is one, and tells of each change.
+/// Watches the folder, or that of the program's source if it exists, and reports each change.
 pub fn begin(folder: Option<&Path>, news: EventLoopProxy<News>) -> twobounce::Result<()> {
     let folder = match folder {
         Some(folder) => folder,

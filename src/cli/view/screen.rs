@@ -1,6 +1,6 @@
-//! The window's contents, shown by a device of its own: the picture, scaled to the window, and the panel over it, drawn
-//! on a canvas that is copied to the swapchain's next image. Frames are made by another device, so that the window
-//! answers while they are.
+//! The window's content, which its own device shows: the picture, scaled to the window, and the panel over it, drawn on
+//! a canvas that is copied to the swapchain's next image. Another device makes frames, so that the window stays
+//! responsive.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -18,21 +18,21 @@ use winit::window::Window;
 
 use super::NoWindow;
 
-/// Attempts at a swapchain while the window keeps changing its size.
+/// The maximum number of attempts to create a swapchain while the window keeps changing its size.
 const ATTEMPTS: u32 = 8;
-/// Of the picture and the canvas: 8 bits per channel, not converted, as what is shown was encoded before.
+/// The format of the picture and the canvas: 8 bits per channel without conversion, because values are already encoded.
 const FORMAT: vk::Format = vk::Format::R8G8B8A8_UNORM;
-/// Of the swapchain.
+/// Formats of the swapchain.
 const FORMATS: [vk::Format; 2] = [vk::Format::B8G8R8A8_UNORM, FORMAT];
 const GENERAL: vk::ImageLayout = vk::ImageLayout::GENERAL;
 
-/// A picture: RGBA in 8 bits as a display takes them, row by row from the upper left.
+/// A picture: RGBA in 8-bit display codes, row by row from the upper left.
 pub struct Picture {
     pub size: (u32, u32),
     pub rgba: Vec<u8>,
 }
 
-/// The panel, as triangles.
+/// The panel as triangles.
 pub struct Overlay<'a> {
     pub textures: egui::TexturesDelta,
     pub primitives: Vec<egui::ClippedPrimitive>,
@@ -40,29 +40,29 @@ pub struct Overlay<'a> {
     pub window: &'a Window,
 }
 
-/// Fields are dropped in this order.
+/// The screen. Fields are dropped in this order.
 pub struct Screen {
     egui: Renderer<GpuAllocator>,
     picture: Image,
-    /// Of the window's size; `None` where the window has none.
+    /// An image of the window's size; `None` if the window has none.
     canvas: Option<Image>,
     swapchain: vk::SwapchainKHR,
     format: vk::Format,
     images: Vec<vk::Image>,
     /// Whether the swapchain no longer fits the window.
     stale: bool,
-    /// For what egui uploads.
+    /// The command pool for egui's uploads.
     pool: vk::CommandPool,
-    /// The swapchain's next image may be drawn into.
+    /// Signalled when the swapchain's next image may be drawn into.
     acquired: vk::Fence,
     presenter: Presenter,
-    /// Swapchains made so far.
+    /// The number of swapchains so far.
     pub made: u32,
-    /// For tests: the next such calls find the swapchain out of date.
+    /// For tests: the next such calls report an outdated swapchain.
     pub faults: VecDeque<Call>,
 }
 
-/// A call of a frame that can fail though nothing is wrong.
+/// A call of a frame that may fail without an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Call {
     Acquire,
@@ -70,10 +70,10 @@ pub enum Call {
 }
 
 impl Screen {
-    /// Opens the window's surface on the device of this name, or on any that presents.
+    /// Opens the window's surface on the device with this name, or on any device that presents.
     ///
     /// # Errors
-    /// One sentence: no loader, no device that presents, no memory.
+    /// One sentence: there is no loader, no device that presents, or no memory.
     pub fn new(window: &Window, device_name: &str, validation: bool) -> anyhow::Result<Self> {
         let (display, handle) = (window.display_handle()?.as_raw(), window.window_handle()?.as_raw());
         let extensions = ash_window::enumerate_required_extensions(display)
@@ -118,7 +118,7 @@ impl Screen {
         Ok(screen)
     }
 
-    /// Pixels; 0 while the window is minimised.
+    /// Size in pixels; 0 while the window is minimised.
     pub fn size(&self) -> (u32, u32) {
         self.canvas.as_ref().map_or((0, 0), size_of)
     }
@@ -127,17 +127,17 @@ impl Screen {
         &self.presenter.context
     }
 
-    /// Closes it, with its device.
+    /// Closes the screen with its device.
     ///
     /// # Errors
-    /// The validation layer said anything.
+    /// The validation layer reported something.
     pub fn close(self) -> Result<()> {
         let context = self.presenter.context.clone();
         drop(self);
         refuse_messages(&context.close())
     }
 
-    /// Makes the swapchain anew, until the window keeps its size meanwhile.
+    /// Recreates the swapchain, until the window keeps its size meanwhile.
     pub fn remake(&mut self, window: &Window) -> anyhow::Result<()> {
         for _ in 0..ATTEMPTS {
             let wanted = window.inner_size();
@@ -149,7 +149,7 @@ impl Screen {
         Ok(())
     }
 
-    /// For a window of so many pixels.
+    /// Creates a swapchain for a window of this size in pixels.
     fn remake_once(&mut self, width: u32, height: u32) -> anyhow::Result<()> {
         let Presenter { surfaces, surface, swapchains, physical, context, .. } = &self.presenter;
         let failed = |result| context.error("making a swapchain", result);
@@ -199,7 +199,7 @@ impl Screen {
         Ok(())
     }
 
-    /// Takes another picture to show.
+    /// Sets another picture to show.
     pub fn set_picture(&mut self, picture: &Picture) -> Result<()> {
         let context = &self.presenter.context;
         if size_of(&self.picture) != picture.size {
@@ -209,8 +209,8 @@ impl Screen {
         upload_image(context, &self.picture, ImageRegion::level(&self.picture, 0), &picture.rgba)
     }
 
-    /// Shows the picture, scaled to the whole window, and the panel over it; waits until the device is done. With
-    /// `grab`, returns what the swapchain's image then holds. `None`: the window shows nothing now, or changed its
+    /// Shows the picture, scaled to the whole window, and the panel over it; waits until the device has finished. With
+    /// `grab`, returns the content of the swapchain's image. `None` if the window shows nothing now, or changed its
     /// size.
     pub fn draw(&mut self, overlay: &Overlay, grab: bool) -> anyhow::Result<Option<Picture>> {
         for (id, deltas) in &overlay.textures.set {
@@ -231,7 +231,7 @@ impl Screen {
         Ok(grabbed)
     }
 
-    /// The swapchain's next image; `None` where the swapchain no longer fits the window.
+    /// The swapchain's next image; `None` if the swapchain no longer fits the window.
     fn acquire(&mut self) -> Result<Option<u32>> {
         self.stale = self.images.is_empty() || self.fault(Call::Acquire);
         if self.stale {
@@ -299,7 +299,7 @@ impl Screen {
         panel?;
         let (chains, indices) = ([self.swapchain], [index]);
         let info = vk::PresentInfoKHR::default().swapchains(&chains).image_indices(&indices);
-        // SAFETY: the image was acquired, and what is drawn into it was waited for.
+        // SAFETY: the image was acquired, and its draws were waited for.
         let presented = unsafe { self.presenter.swapchains.queue_present(self.presenter.queue, &info) };
         self.stale |= self.fault(Call::Present);
         match presented {
@@ -316,7 +316,7 @@ impl Screen {
         }))
     }
 
-    /// Whether a test has the call fail.
+    /// Whether a test makes the call fail.
     fn fault(&mut self, call: Call) -> bool {
         self.faults.pop_front_if(|at| *at == call).is_some()
     }
@@ -342,7 +342,7 @@ const COLOR: vk::ImageSubresourceLayers = vk::ImageSubresourceLayers {
     layer_count: 1,
 };
 
-/// All of an image in `GENERAL` layout.
+/// A whole image in `GENERAL` layout.
 #[derive(Clone, Copy)]
 struct Whole {
     image: vk::Image,
@@ -350,7 +350,7 @@ struct Whole {
 }
 
 impl Whole {
-    /// Copies it to all of another one, scaled: a pixel for a pixel where the sizes are the same.
+    /// Copies it to a whole other image, scaled unless the sizes are equal.
     fn blit(self, context: &Context, commands: vk::CommandBuffer, to: Self) {
         let filter = if self.size == to.size { vk::Filter::NEAREST } else { vk::Filter::LINEAR };
         let corners = |(width, height): (u32, u32)| {
@@ -366,7 +366,7 @@ impl Whole {
     }
 }
 
-/// Everything before is done and visible, and the image goes from one layout to the other.
+/// A barrier for all earlier commands, which changes the layout of the image.
 fn barrier(context: &Context, commands: vk::CommandBuffer, image: vk::Image, [from, to]: [vk::ImageLayout; 2]) {
     let (all, access) =
         (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE);

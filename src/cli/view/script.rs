@@ -1,4 +1,4 @@
-//! A user for tests: one act a line, each once what was asked before is shown.
+//! Plays a user in tests: one act per line, each after the previous one is shown.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -19,55 +19,55 @@ use super::question::Question;
 use super::screen::Call;
 use crate::say;
 
-/// Longest time that an act may wait; a script that would wait for ever fails.
+/// The longest time that an act may wait, so that a script fails instead of waiting forever.
 const LONGEST_WAIT: Duration = Duration::from_secs(300);
-/// Between two requests to a window manager.
+/// The interval of requests to a window manager.
 const AGAIN: Duration = Duration::from_secs(1);
 
-/// The condition that the next act waits for.
+/// The condition for the next act.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Wait {
     #[default]
     Nothing,
-    /// The picture is whole and at rest,
+    /// The picture is complete and at rest.
     Rest,
-    /// and as good as it gets.
+    /// The picture is fully refined.
     Refined,
-    /// The picture that was asked for last is shown.
+    /// The last requested picture is shown.
     Answer,
     /// A question is answered.
     Found,
-    /// The path tracer made its first round.
+    /// The path tracer has finished its first round.
     Truth,
     /// GLSL was saved once more than before.
     Reload,
-    /// The animation has played so many seconds.
+    /// The animation has played this many seconds.
     Played(f64),
-    /// The window manager did it: one that starts meanwhile is asked again.
+    /// The window manager has minimised or restored the window; one that starts meanwhile is asked again.
     Minimised(bool),
 }
 
 #[derive(Default)]
 pub struct Script {
     path: PathBuf,
-    /// Acts to come, with the numbers of their lines.
+    /// Remaining acts with the numbers of their lines.
     acts: VecDeque<(usize, String)>,
     wait: Wait,
-    /// Since when the next act waits.
+    /// The time since which the next act waits.
     since: Option<Instant>,
-    /// When the window manager was asked last.
+    /// The time of the last request to the window manager.
     managed: Option<Instant>,
-    /// GLSL that was saved and not waited for yet.
+    /// The number of saved GLSL changes that were not waited for yet.
     reloads: u32,
-    /// Of movements.
+    /// Response times of movements.
     answers: Vec<Duration>,
-    /// Pictures at rest that were not whole yet.
+    /// The number of incomplete pictures at rest.
     pub unfinished: u32,
 }
 
 impl Script {
     /// # Errors
-    /// The file.
+    /// Reads the file.
     pub fn read(path: &Path) -> Result<Self> {
         let text = read::text(path, "script")?;
         let lines = (1..).zip(text.lines().map(|line| line.trim().to_owned()));
@@ -82,20 +82,20 @@ impl Script {
         self.acts.is_empty()
     }
 
-    /// A question was answered.
+    /// Reports that a question was answered.
     pub fn found(&mut self) {
         if self.wait == Wait::Found {
             self.wait = Wait::Nothing;
         }
     }
 
-    /// GLSL was saved.
+    /// Reports that GLSL was saved.
     #[cfg(feature = "hot-reload")]
     pub fn reloaded(&mut self) {
         self.reloads += 1;
     }
 
-    /// Notes that the last request is shown, so long after it was made.
+    /// Reports that the last request is shown, after this time.
     pub fn answered(&mut self, after: Duration) {
         if self.wait == Wait::Answer {
             self.wait = Wait::Nothing;
@@ -103,7 +103,7 @@ impl Script {
         }
     }
 
-    /// Median and worst of the answers to movements.
+    /// Median and maximum of response times to movements.
     fn answers(&self) -> String {
         let mut ms: Vec<f64> = self.answers.iter().map(|d| 1e3 * d.as_secs_f64()).collect();
         ms.sort_by(f64::total_cmp);
@@ -115,7 +115,7 @@ impl Script {
 }
 
 impl App {
-    /// One line of the script, once nothing is under way.
+    /// Plays one line of the script, unless something is in progress.
     pub(super) fn act(&mut self, event_loop: &ActiveEventLoop) -> anyhow::Result<()> {
         let Some(frame) = &self.frame else { return Ok(()) };
         let refined = frame.passes >= self.panel.choice.refine;
@@ -132,13 +132,13 @@ impl App {
         (self.script.wait, self.script.since) = (Wait::Nothing, None);
         let Some((at, line)) = self.script.acts.pop_front() else { return Ok(()) };
         let path = self.script.path.clone();
-        let senseless = || Error::file(&path, format!("line {at}: {line:?} is nothing that a user does"));
+        let senseless = || Error::file(&path, format!("line {at}: {line:?} is no step of a script; correct it"));
         self.script.wait = self.act_out(event_loop, &line, &senseless)?;
         self.redraw();
         Ok(())
     }
 
-    /// Whether the next act waits for something yet. `refined`: a picture at rest gets no better.
+    /// Whether the next act still waits. `refined` says that a picture at rest cannot improve.
     fn waits(&mut self, refined: bool) -> bool {
         let rests = self.rests();
         match self.script.wait {
@@ -165,7 +165,7 @@ impl App {
         }
     }
 
-    /// Does what a line says. Returns what the next one waits for.
+    /// Plays a line. Returns the condition for the next one.
     fn act_out(
         &mut self,
         event_loop: &ActiveEventLoop,
@@ -179,7 +179,7 @@ impl App {
         match act {
             "rest" => return Ok(Wait::Rest),
             "refined" => return Ok(Wait::Refined),
-            // Seconds that the animation has played at least.
+            // The minimum number of seconds that the animation has played.
             "wait" => return Ok(Wait::Played(number()?)),
             "reload" => return Ok(Wait::Reload),
             "minimised" => return Ok(Wait::Minimised(true)),
@@ -191,7 +191,7 @@ impl App {
                 self.moves();
                 return Ok(Wait::Answer);
             }
-            // Metres to the right, up, and ahead.
+            // Metres to the right, up, and forward.
             "walk" => {
                 let by = DVec3::new(number()?, number()?, number()?);
                 self.eye().walk(by);
@@ -207,13 +207,13 @@ impl App {
             }
             "set" => self.panel.choice.settings.set(rest)?,
             "layer" => self.panel.choice.layer = Layer::named(rest).ok_or_else(senseless)?,
-            // How, and what is shown beside.
+            // The mix, and the second picture.
             "beside" => {
                 let (mix, other) = rest.split_once(' ').ok_or_else(senseless)?;
                 self.panel.mixing.mix = Mix::ALL.iter().find(|(_, name)| *name == mix).ok_or_else(senseless)?.0;
                 self.panel.choice.beside = Other::all().find(|choice| choice.name() == other).ok_or_else(senseless)?;
             }
-            // The right button on a pixel, and the button beside a setting.
+            // The right button on a pixel, and the button next to a setting.
             "rays" => {
                 self.pointer = Some((number()?, number()?));
                 self.ask_rays();
@@ -230,14 +230,14 @@ impl App {
                 let size = PhysicalSize::new(number()? as u32, number()? as u32);
                 let _ = shown.window.request_inner_size(size);
             }
-            // The next frames find the swapchain out of date, or the device lost.
+            // The next frames find the swapchain outdated, or the device lost.
             "fault" => match rest {
                 "acquire" => shown.screen.faults.push_back(Call::Acquire),
                 "present" => shown.screen.faults.push_back(Call::Present),
                 "lost" => shown.screen.context().lose(),
                 _ => return Err(senseless().into()),
             },
-            // The device that makes frames is lost.
+            // The device of the frames is lost.
             "lose" => {
                 self.context.lose();
                 self.moves();
@@ -253,16 +253,17 @@ impl App {
             }
             "save" => self.save(Path::new(rest))?,
             "grab" => self.draw(Some(Path::new(rest)))?,
-            // The path tracer runs beside; the picture is faded to it so far.
+            // The path tracer runs, and the picture is blended with it by this amount.
             "truth" => {
                 (self.panel.truth, self.panel.fade) = (true, number()? as f32);
                 return Ok(Wait::Truth);
             }
             "panel" => self.panel.open = rest == "open",
-            // Swapchains, how long answers took, and what was asked.
+            // Prints swapchains, response times, and costs.
             "say" => {
                 let made = shown.screen.made;
-                let error = self.compared.as_ref().map_or(String::new(), |compared| format!("; {}", compared.words()));
+                let error =
+                    self.compared.as_ref().map_or(String::new(), |compared| format!("; {}", compared.in_words()));
                 let (unfinished, answers) = (self.script.unfinished, self.script.answers());
                 for ray in &self.panel.rays {
                     say!("ray {} {} {:?} {}", ray.from, ray.to, ray.light, ray.met);

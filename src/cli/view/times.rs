@@ -1,19 +1,19 @@
-//! Times of frames: the passes of the last one as a tree, and a graph of those before.
+//! Times of frames: the passes of the last one as a tree, and a graph of earlier ones.
 
 use std::collections::VecDeque;
 
 use twobounce::memory::mib;
 use twobounce::vk::ZoneTiming;
 
-use super::job::Frame;
+use super::job::ShownFrame;
 use crate::cli::progress::course::IMAGE_PASSES;
 
-/// Frames in the graph.
+/// The number of frames in the graph.
 const FRAMES: usize = 160;
-/// Of the graph, points.
+/// Height of the graph in points.
 const HEIGHT: f32 = 60.0;
-/// Passes that make lists, whatever the method; what is neither these nor the image is light.
-const LIST_PASSES: [&str; 8] = ["reset", "deform", "record", "tree", "voxelise", "cells", "alike", "split"];
+/// Passes that make lists, for any method; passes that are neither these nor the image are light.
+const LIST_PASSES: [&str; 8] = ["reset", "deform", "record", "tree", "voxelise", "cells", "group", "split"];
 const GROUPS: [(&str, egui::Color32); 3] = [
     ("lists", egui::Color32::from_rgb(90, 130, 220)),
     ("light", egui::Color32::from_rgb(230, 170, 60)),
@@ -39,8 +39,8 @@ fn sum<'a>(zones: impl IntoIterator<Item = &'a ZoneTiming>) -> f64 {
 }
 
 impl History {
-    /// A frame was made.
-    pub fn add(&mut self, frame: &Frame) {
+    /// Adds a frame.
+    pub fn add(&mut self, frame: &ShownFrame) {
         if self.frames.len() == FRAMES {
             self.frames.pop_front();
         }
@@ -48,7 +48,7 @@ impl History {
         self.frames.push_back([0, 1, 2].map(|at| sum(zones.iter().filter(|zone| group(zone.name) == at))));
     }
 
-    /// Bars, the newest to the right.
+    /// Shows bars, the newest on the right.
     fn show(&self, ui: &mut egui::Ui) {
         let highest = self.frames.iter().map(|parts| parts.iter().sum::<f64>()).fold(0.0, f64::max);
         let (response, painter) = ui.allocate_painter(egui::vec2(ui.available_width(), HEIGHT), egui::Sense::hover());
@@ -72,14 +72,14 @@ impl History {
     }
 }
 
-/// The graph, the passes, and what the frame counted.
-pub fn show(ui: &mut egui::Ui, frame: &Frame, history: &History) {
+/// Shows the graph, the passes, and the counters of the frame.
+pub fn show(ui: &mut egui::Ui, frame: &ShownFrame, history: &History) {
     history.show(ui);
     let timings = &frame.report.timings;
     let all = sum(&timings.zones).max(1e-9);
     for (at, (name, color)) in GROUPS.into_iter().enumerate() {
         let made: Vec<&ZoneTiming> = timings.zones.iter().filter(|zone| group(zone.name) == at).collect();
-        // Lists and light of before stay where nothing changed.
+        // Lists and light of earlier frames stay if nothing changed.
         let kept: Vec<&ZoneTiming> =
             frame.light.iter().filter(|zone| made.is_empty() && group(zone.name) == at).collect();
         let zones = if made.is_empty() { &kept } else { &made };
@@ -87,7 +87,8 @@ pub fn show(ui: &mut egui::Ui, frame: &Frame, history: &History) {
             continue;
         }
         let (ms, share) = (sum(zones.iter().copied()), sum(made.iter().copied()) / all);
-        let words = if made.is_empty() { " when made last, kept".into() } else { format!(", {:.0} %", 100.0 * share) };
+        let words =
+            if made.is_empty() { " in its last run, reused since".into() } else { format!(", {:.0} %", 100.0 * share) };
         let title = egui::RichText::new(format!("{name}: {ms:.2} ms{words}")).color(color);
         egui::CollapsingHeader::new(title).id_salt(name).default_open(true).show(ui, |ui| show_zones(ui, zones));
     }

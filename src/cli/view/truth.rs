@@ -1,5 +1,5 @@
-//! The error of what is shown: the path tracer runs beside it, on what is seen, and both are compared again as samples
-//! come in.
+//! The error of the shown picture: the path tracer renders the same view, and both are compared again as samples are
+//! added.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,7 +12,7 @@ use twobounce::reference::{Control, Depth, Options, Stop, render};
 use twobounce::scene::{Scene, Still};
 use winit::event_loop::EventLoopProxy;
 
-use super::job::{Frame, News};
+use super::job::{News, ShownFrame};
 use super::maker::encode;
 use super::screen::Picture;
 use crate::cli::threads;
@@ -20,30 +20,30 @@ use crate::cli::threads;
 /// Samples per pixel after which both are compared.
 const ROUNDS: [u32; 7] = [1, 4, 16, 64, 256, 1024, 4096];
 
-/// The path-traced light of all bounces so far, and how far the image is from it.
+/// The path-traced light of all bounces so far, and the error of the image.
 pub struct Compared {
     pub samples: u32,
-    /// Of the reference, relative.
+    /// Relative noise of the reference.
     pub noise: f64,
     pub comparison: Comparison,
     reference: Layers,
 }
 
-/// A path tracer under way for one frame; it ends when this is dropped.
+/// A running path tracer for one frame; dropping it ends it.
 pub struct Truth {
-    /// The frame's.
+    /// The revision of the frame.
     pub revision: u64,
     cancel: Arc<AtomicBool>,
 }
 
 impl Truth {
-    /// Starts it for a frame; it tells of each round.
+    /// Starts it for a frame; it reports each round.
     ///
     /// # Errors
-    /// One sentence where the system allows no thread.
-    pub fn begin(scene: Arc<Scene>, frame: &Frame, news: EventLoopProxy<News>) -> twobounce::Result<Self> {
+    /// One sentence if the system allows no thread.
+    pub fn begin(scene: Arc<Scene>, frame: &ShownFrame, news: EventLoopProxy<News>) -> twobounce::Result<Self> {
         let cancel = Arc::<AtomicBool>::default();
-        let Frame { job, image, .. } = frame;
+        let ShownFrame { job, image, .. } = frame;
         let truth = Self { revision: job.revision, cancel: cancel.clone() };
         let (pose, view, image) = (job.pose.clone(), job.view, image.clone());
         threads::spawn(move || {
@@ -75,8 +75,8 @@ impl Drop for Truth {
 }
 
 impl Compared {
-    /// The image at `fade` 0, the reference at 1, FLIP per pixel at 2 (white is 1), and between them in between.
-    pub fn picture(&self, frame: &Frame, fade: f32) -> Picture {
+    /// The image at `fade` 0, the reference at 1, FLIP per pixel at 2 (white is 1), and blends between them.
+    pub fn picture(&self, frame: &ShownFrame, fade: f32) -> Picture {
         let reference = encode(&self.reference, Aov::Beauty, frame.display);
         let flip = &self.comparison.flip_map;
         let mixed = frame.picture.rgba.iter().zip(&reference).enumerate().map(|(at, (&image, &reference))| {
@@ -92,8 +92,8 @@ impl Compared {
         Picture { size: frame.picture.size, rgba: mixed.collect() }
     }
 
-    /// The numbers, for the panel.
-    pub fn words(&self) -> String {
+    /// The numbers for the panel.
+    pub fn in_words(&self) -> String {
         let total = &self.comparison.total;
         let noise = if self.noise.is_finite() { format!(", noise {:.1} %", 100.0 * self.noise) } else { String::new() };
         format!(

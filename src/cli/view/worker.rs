@@ -1,18 +1,18 @@
-//! The thread that makes frames: the newest job wins, and a frame at rest ends early for it. [`super::maker`] says how
-//! they are made.
+//! The thread that makes frames. The newest job wins, and a frame at rest ends early for it. [`super::maker`] makes the
+//! frames.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use twobounce::vk::Step;
 use twobounce::{Error, Result};
 
-use super::job::{Frame, Job};
+use super::job::{Job, ShownFrame};
 use super::maker::Makers;
 use super::question::Question;
 use crate::cli::progress::course::IMAGE_PASSES;
 use crate::cli::{interrupt, threads};
 
-/// A thread that makes frames; it ends when this is dropped.
+/// A thread that makes frames; dropping it ends it.
 pub struct Worker {
     pub shared: Arc<Shared>,
     thread: Option<std::thread::JoinHandle<()>>,
@@ -24,20 +24,20 @@ pub struct Shared {
     changed: Condvar,
 }
 
-/// The thread's task, and the step that it is at.
+/// The thread's task and its current step.
 #[derive(Default)]
 pub struct State {
-    /// The newest: a frame of it is asked for instead of any before.
+    /// The newest job, which replaces earlier ones.
     pub job: Option<Job>,
-    /// Of a job by its revision: the newest frame, or why there is none. A window that is slow to take frames misses
-    /// those before.
-    pub frame: Option<(u64, std::result::Result<Frame, String>)>,
-    /// Asked between frames.
+    /// The newest frame of a job, given by its revision, or the reason why there is none. A slow window misses earlier
+    /// ones.
+    pub frame: Option<(u64, std::result::Result<ShownFrame, String>)>,
+    /// A question, which is answered between frames.
     pub question: Option<Question>,
     pub step: Option<Step>,
-    /// The job under way, where it is one at rest.
+    /// The current job, if it is at rest.
     at_rest: Option<u64>,
-    /// Whether a picture that is whole stays as it is, for the path tracer to be compared with.
+    /// Whether a complete picture stays unchanged, for comparison with the path tracer.
     pub holds: bool,
     ends: bool,
 }
@@ -47,14 +47,14 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Changes the state, and wakes the thread.
+    /// Changes the state and wakes the thread.
     pub fn change(&self, change: impl FnOnce(&mut State)) {
         change(&mut self.lock());
         self.changed.notify_all();
     }
 
     /// # Errors
-    /// [`Error::Interrupted`] where there is a newer job than this one, or it is the end.
+    /// [`Error::Interrupted`] if there is a newer job than this one, or the thread must end.
     pub fn check(&self, job: &Job) -> Result<()> {
         let state = self.lock();
         let newest = state.job.as_ref().is_none_or(|newest| newest.revision == job.revision);
@@ -64,7 +64,7 @@ impl Shared {
 
 impl Worker {
     /// # Errors
-    /// One sentence where the system allows no thread.
+    /// One sentence if the system allows no thread.
     pub fn start(makers: Makers) -> Result<Self> {
         let shared = makers.shared.clone();
         let thread = threads::spawn(move || work(makers))?;
@@ -97,10 +97,10 @@ fn work(mut makers: Makers) {
         state.at_rest = Some(job.revision).filter(|_| !job.moving);
         drop(state);
         if job.revision == done {
-            makers.answer(&job); // only a question is new
+            makers.answer(&job); // there is only a new question
         } else {
             match makers.make(&job) {
-                Err(Error::Interrupted) => {} // for a newer job, or to end
+                Err(Error::Interrupted) => {} // for a newer job, or the end
                 made => {
                     done = job.revision;
                     if let Err(error) = made {
@@ -113,7 +113,7 @@ fn work(mut makers: Makers) {
     }
 }
 
-/// Ends a frame at rest for a newer job once its light is made, and any frame for the end.
+/// Ends a frame at rest for a newer job once its light is made, and any frame at the end.
 fn watch(shared: &Shared, step: Step) -> Result<()> {
     let mut state = shared.lock();
     state.step = Some(step);

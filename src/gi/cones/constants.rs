@@ -1,4 +1,4 @@
-//! Specialisation constants and uniform block of the method: `glsl/gi/cones/constants.glsl` is their twin.
+//! Specialisation constants and uniform block of the method. GLSL twin: `glsl/gi/cones/constants.glsl`.
 
 use super::Settings;
 use super::choices::{ConeSet, Form};
@@ -21,10 +21,10 @@ shared! {
 const TALK_EDGE: f32 = 128.0;
 
 impl Cones {
-    /// For a grid of `edge`³.
+    /// The block for a grid of `edge`³ voxels.
     pub fn new(settings: &Settings, edge: u32) -> Self {
         let start = &settings.start;
-        // D19: printed, the offset is a share of the cube.
+        // D19: in the printed form, the offset is a share of the cube.
         let share = if settings.ledger.d19 == Form::Printed { edge as f32 / TALK_EDGE } else { 1.0 };
         Self {
             diffuse_start_normal: start.diffuse_normal,

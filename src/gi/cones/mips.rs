@@ -1,6 +1,6 @@
-//! Passes 2c and 4c, mips: level by level, six directional preintegrations and one plain average. Layered: all cells of
-//! a level, one triangle over the screen per slice. Cells: `src/ground/cell_passes.rs`, the parents of occupied cells.
-//! Reads: level k − 1. Writes: level k. Twin: `tests/twins/mips.rs`.
+//! Passes 2c and 4c, mips: level by level, six directional preintegrations and one plain average. Layered passes cover
+//! all cells of a level, with one triangle over the screen per slice. Cell passes (`src/ground/cell_passes.rs`) cover
+//! the parents of occupied cells. Reads: level k − 1. Writes: level k. Twin: `tests/twins/mips.rs`.
 
 use std::sync::Arc;
 
@@ -32,7 +32,7 @@ impl Mips {
         };
         r.zone(volume.mips_zone(), ZoneKind::Raster, volume.bytes(1..volume.levels), |r| {
             for level in 1..volume.levels {
-                r.full_barrier(); // the level below was written by shade or just before
+                r.full_barrier(); // shade or the previous level wrote it
                 volume.draw(r, pipeline, &volume.sources(level), level);
                 r.end_step();
             }

@@ -10,7 +10,7 @@ mod shade;
 use std::sync::Arc;
 
 use super::bounces::{BounceDesc, PerBounce};
-use super::{Gi, Maker, PassUnit, Update, Wants};
+use super::{IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cell_passes::{EmptyCells, FillDesc};
@@ -29,19 +29,19 @@ pub const PASS_UNITS: &[(&str, PassUnit)] = &[("shade", PassUnit::WalkedItems), 
 
 pub struct Lighting {
     shade: PerBounce<Shade>,
-    /// Absent in layered passes, which write every voxel.
+    /// `None` for layered passes, which write every voxel.
     empty: Option<EmptyCells>,
     mips: Mips,
     /// Whether the second bounce voxelises again.
     relists: bool,
-    /// One per bounce.
+    /// One volume per bounce.
     volumes: Vec<LightVolume>,
     /// The uniform block.
     block: Buffer,
     constants: [Constant; 8],
 }
 
-impl Gi for Lighting {
+impl IndirectMethod for Lighting {
     fn wants(settings: &AllSettings) -> Wants {
         let own = &settings.of.cones;
         let cells = own.passes == Passes::Cells;
@@ -73,7 +73,7 @@ impl Gi for Lighting {
         let constants = constants::constants(own);
         let voxels = with(crate::ground::constants::constants(settings, features), &constants);
         let voxels = with(voxels, &[("LAMP_POINTS", settings.lights.voxel_lamp_points.into())]);
-        // The talk's first bounce has no volume that could shadow it.
+        // The talk's first bounce has no volume for shadow cones.
         let unshadowed = with(voxels.clone(), &[("SHADOWS", Shadows::None.into())]);
         let plain = if own.first_bounce_shadows { &voxels } else { &unshadowed };
         let shade = |BounceDesc { bounce, gathers, direct }| {
@@ -96,17 +96,18 @@ impl Gi for Lighting {
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
         self.shade.each(&self.volumes, update.history, |shade, from, to| {
             if self.relists && update.lists && to.bounce == 1 {
-                // 3, 4a. The lists are made once more; the triangles stay.
+                // Passes 3 and 4a: the lists are made again, and the triangles stay.
                 ground.relist(r);
             }
-            // Voxels that the last lists filled and the new lists do not are emptied.
+            // Voxels that only the previous lists filled are emptied.
             if let (Some(empty), true) = (&self.empty, update.lists) {
                 empty.record(r, ground, to, update.known);
             }
-            // 2b, 4b. Every voxel shades its list with direct light and cones into what is gathered from,
+            // Passes 2b and 4b: every voxel shades its list with direct light, and with cones through the volume of the
+            // previous bounce.
             let block = || vec![Bind::buffer("cones", &self.block)];
             shade.record(r, ground, to, from.map_or_else(block, |volume| self.look_up(volume)));
-            // 2c, 4c. and coarser voxels sum it up, per direction of travel.
+            // Passes 2c and 4c: coarser voxels average finer ones, for each direction of travel.
             self.mips.record(r, ground, to);
         });
     }
@@ -125,7 +126,7 @@ impl Gi for Lighting {
 }
 
 impl Lighting {
-    /// A volume to be looked up.
+    /// Bindings of a volume for look-ups.
     fn look_up<'a>(&'a self, volume: &'a LightVolume) -> Vec<Bind<'a>> {
         let mut binds: Vec<Bind> = volume.binds().collect();
         binds.push(Bind::buffer("cones", &self.block));
@@ -133,7 +134,8 @@ impl Lighting {
     }
 }
 
-/// Whether the second bounce takes over the first one's direct light: only where both would find the same.
+/// Whether the second bounce reuses the first one's direct light, which is possible only if both would compute the
+/// same.
 fn keeps_direct_light(settings: &AllSettings) -> bool {
     let own = &settings.of.cones;
     let same = match settings.lights.shadows {
@@ -144,7 +146,7 @@ fn keeps_direct_light(settings: &AllSettings) -> bool {
     own.passes == Passes::Cells && settings.bounces.stored() > 1 && same
 }
 
-/// A pass in layers: one triangle over the screen per slice of a volume's level.
+/// A layered pass: one triangle over the screen per slice of a volume's level.
 fn layered(context: &Arc<Context>, label: &str, fragment: &str, constants: &[Constant]) -> Result<Raster> {
     let desc = RasterDesc {
         label,

@@ -1,7 +1,7 @@
-//! Passes 2b and 4b, shade: each voxel shades its list into seven faces. Layered: one triangle over the screen per
-//! slice. Cells: `src/ground/cell_passes.rs`, a thread per item of the lists, then one per occupied voxel. Reads:
-//! lists, triangles, materials, lights, lamps; 4b the first bounce's volume. Writes: level 0 of a volume, premultiplied
-//! stored radiance. Twin of the fill: `tests/twins/shade.rs`.
+//! Passes 2b and 4b, shade: each voxel shades its list into seven values. Layered passes draw one triangle over the
+//! screen per slice. Cell passes (`src/ground/cell_passes.rs`) run a thread per list item, then one per occupied voxel.
+//! Reads: lists, triangles, materials, lights, lamps; 4b the first bounce's volume. Writes: level 0 of a volume,
+//! premultiplied stored radiance. Twin of the fill: `tests/twins/shade.rs`.
 
 use std::sync::Arc;
 
@@ -30,14 +30,14 @@ impl Shade {
         })
     }
 
-    /// `look_up`: what is bound beside the ground's.
+    /// `look_up` are bindings in addition to the ground's.
     pub fn record(&self, recorder: &mut Recorder, ground: &Ground, target: &LightVolume, look_up: Vec<Bind<'_>>) {
         let (pipeline, label) = match self {
             Self::Layered(pipeline, label) => (pipeline, *label),
             Self::Cells(fill) => return fill.record(recorder, ground, target, look_up),
         };
         recorder.zone(label, ZoneKind::Raster, target.bytes(0..1), |r| {
-            r.full_barrier(); // voxelise wrote the lists, mips 1 the volume that is gathered from
+            r.full_barrier(); // voxelise wrote the lists, and mips 1 the volume of the look-up
             let mut binds = ground.item_binds(&ground.base().lit_items, &ground.base().item_lights);
             binds.extend(look_up);
             target.draw(r, pipeline, &pipeline.select(&binds), 0);

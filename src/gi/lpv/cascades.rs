@@ -1,13 +1,13 @@
-//! Where the nested grids stand: the coarsest fills the base grid's cube, each finer one has half of its side and
-//! stands about the camera (Kaplanyan and Dachsbacher, "Cascaded Light Propagation Volumes", 2010).
+//! The places of the nested grids: the coarsest fills the cube of the base grid; each finer one has half of its side
+//! and follows the camera (Kaplanyan and Dachsbacher, "Cascaded Light Propagation Volumes", 2010).
 
 use glam::Vec3;
 
 use super::Settings;
 use crate::ground::grid::GridPlace;
 
-/// The grids, the finest first. `base_edge`: of the base grid, voxels. `eye`: in its voxels; the grids move by whole
-/// cells and stay inside the cube.
+/// The grids, the finest first. `base_edge` is the edge of the base grid in voxels, and `eye` is in its voxels. Grids
+/// move by whole cells and stay inside the cube.
 pub fn places(settings: &Settings, base_edge: u32, eye: Vec3) -> Vec<GridPlace> {
     let place = |halvings: u32| {
         let side = base_edge as f32 / (1 << halvings) as f32;

@@ -1,5 +1,5 @@
-//! Volumes of light, each of several RGBA32F images: two bands are four of them, `glsl/gi/lpv/field.glsl`; beams are
-//! two, and what they add up is six, `glsl/gi/lpv/beams.glsl`.
+//! Volumes of light, each of several RGBA32F images: two bands of spherical harmonics take four
+//! (`glsl/gi/lpv/field.glsl`), beams take two, and the sums of beams six (`glsl/gi/lpv/beams.glsl`).
 
 use std::sync::Arc;
 
@@ -18,9 +18,9 @@ pub struct Field {
 pub struct FieldDesc<'a> {
     pub label: &'a str,
     pub parts: usize,
-    /// Cells.
+    /// Cells along each side.
     pub edge: u32,
-    /// One above the other.
+    /// The number of grids, stacked along z.
     pub grids: u32,
 }
 
@@ -48,18 +48,18 @@ impl Field {
             Image::new(context, &desc)
         };
         let parts = (0..desc.parts).map(part).collect::<Result<_>>()?;
-        // Cells are fetched, nothing is filtered.
+        // Cells are fetched and not filtered.
         Ok(Self { parts, sampler: Sampler::new(context, Filter::NEAREST, SamplerAddressMode::CLAMP_TO_EDGE)? })
     }
 
-    /// To be read cell by cell, as an array of that name and length; what it has more than the field has is its last
-    /// part again.
+    /// A binding for reading cells, as an array of that name and length. Entries beyond the field's images repeat its
+    /// last one.
     pub fn read<'a>(&'a self, name: &'a str, length: usize) -> Bind<'a> {
         let last = self.parts.len() - 1;
         Bind::images(name, (0..length).map(|part| self.parts[part.min(last)].view()), &self.sampler)
     }
 
-    /// To be loaded from and stored to, as an array of that name.
+    /// A binding for loading and storing, as an array of that name.
     pub fn stored<'a>(&'a self, name: &'a str) -> Bind<'a> {
         Bind::storage_images(name, self.parts.iter().map(|part| part.mip_view(0)))
     }

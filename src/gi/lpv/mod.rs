@@ -2,8 +2,8 @@
 //! cell.
 //!
 //! Kaplanyan and Dachsbacher, "Cascaded Light Propagation Volumes for Real-Time Indirect Illumination", 2010; the steps
-//! as in Doghramachi, "Rasterized Voxel-Based Dynamic Global Illumination", GPU Pro 4, listing 7.3. `docs/notes/lpv.md`
-//! says what differs.
+//! follow Doghramachi, "Rasterized Voxel-Based Dynamic Global Illumination", GPU Pro 4, listing 7.3.
+//! `docs/notes/lpv.md` lists the differences.
 
 mod cascades;
 mod field;
@@ -11,7 +11,7 @@ mod field;
 use glam::Vec3;
 
 use super::bounces::{BounceDesc, PerBounce};
-use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
+use super::{CoarseLight, IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::{Error, Result};
 use crate::ground::Ground;
 use crate::ground::cells::LIT_COUNTS;
@@ -31,34 +31,34 @@ pub const PASS_UNITS: &[(&str, PassUnit)] = &[];
 /// Threads of a workgroup of the passes over all cells, and of a step of beams.
 const GROUP: [u32; 3] = [4; 3];
 const BEAMS_GROUP: [u32; 3] = [16, 4, 1];
-/// Per cell, as `glsl/gi/lpv/blockers.glsl` packs them.
+/// Bytes of blockers per cell, as `glsl/gi/lpv/blockers.glsl` packs them.
 const BLOCKERS_BYTES: u64 = 16;
 const PASSAGES_BYTES: u64 = 12;
-/// Parts of a sum, in look-ups.
+/// Images of a sum in look-ups.
 const SUM_PARTS: usize = 6;
 
-/// Labels of the sums over propagation steps, bounce by bounce.
+/// Labels of the sums over propagation steps for each bounce.
 const SUM_NAMES: [&str; 2] = ["first bounce's sum", "second bounce's sum"];
 
 shared! {
-    /// Push constants: which grid, and where it lies among the base grid's voxels.
+    /// Push constants: the number of the grid, and its place in voxels of the base grid.
     LpvPush { offset: [f32; 3], scale: f32, cascade: u32 }
 }
 
 pub struct Lighting {
-    light: PerBounce<Light>,
+    light: PerBounce<LightPass>,
     inject: Compute,
     passages: Compute,
     first_step: Compute,
     propagate: Compute,
-    /// The light that travels, of one grid: each step reads one and writes the other.
+    /// The travelling light of one grid: each step reads one field and writes the other.
     travelling: [Field; 2],
     blockers: Buffer,
-    /// Share of light that passes into each cell, per direction of travel along the axes.
+    /// The share of light that passes into each cell, for each direction of travel along the axes.
     passages_into: Buffer,
-    /// For each grid its place; as look-ups want it.
+    /// The place of each grid, for look-ups.
     places: Buffer,
-    /// Sum over the propagation steps of each bounce, grid by grid.
+    /// The sum over the propagation steps of each bounce, grid by grid.
     sums: Vec<Field>,
     settings: Settings,
     base_edge: u32,
@@ -66,13 +66,13 @@ pub struct Lighting {
 }
 
 /// The pass that lights list items.
-struct Light {
+struct LightPass {
     pipeline: Compute,
-    /// 0 or 1.
+    /// The bounce, 0 or 1.
     bounce: usize,
 }
 
-impl Gi for Lighting {
+impl IndirectMethod for Lighting {
     fn wants(settings: &AllSettings) -> Wants {
         let middle = Vec3::splat(0.5 * settings.voxels as f32);
         Wants {
@@ -113,7 +113,7 @@ impl Gi for Lighting {
         let light = |BounceDesc { bounce, gathers, direct }| {
             let shader = if gathers { "gi/lpv/light.comp LOOK_UP" } else { "gi/lpv/light.comp" };
             let pipeline = compute("light", shader, &with(items.clone(), &[("DIRECT", direct.into())]))?;
-            Ok(Light { pipeline, bounce })
+            Ok(LightPass { pipeline, bounce })
         };
         let [inject, propagate] = match own.lobe {
             Lobe::Beam => ["gi/lpv/inject.comp BEAMS", "gi/lpv/propagate_beams.comp"],
@@ -146,15 +146,15 @@ impl Gi for Lighting {
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
         if update.lists {
             let places: Vec<[f32; 4]> = further(ground).map(|lists| lists.place.from_base()).collect();
-            r.full_barrier(); // the frame before read them
+            r.full_barrier(); // the previous frame read them
             r.update(&self.places, 0, &places);
         }
-        // Every item is lit; what it sends travels and adds up.
+        // Every item is lit; its light travels and is summed up.
         let steps = self.settings.steps(update.sky);
         self.light.each(&self.sums, update.history, |light, from, to| {
             let lit = further(ground).map(|lists| lists.item_lights.bytes()).sum();
             r.zone(["light 1", "light 2"][light.bounce], ZoneKind::Compute, lit, |r| {
-                r.full_barrier(); // the lists, and the sum that is gathered from, were written
+                r.full_barrier(); // the lists, and the sum of the look-up, were written
                 for (cascade, lists) in further(ground).enumerate() {
                     let mut binds = ground.binds();
                     binds.extend(from.into_iter().flat_map(|sum| self.look_up(sum)));
@@ -171,7 +171,7 @@ impl Gi for Lighting {
                 }
             });
             let sum = sum_of(&self.settings, "");
-            // The coarsest first: its sum is what comes into the finer ones.
+            // The coarsest grid comes first, because its sum enters the finer ones.
             r.zone(["propagate 1", "propagate 2"][light.bounce], ZoneKind::Compute, sum.bytes(), |r| {
                 for (cascade, lists) in further(ground).enumerate().collect::<Vec<_>>().into_iter().rev() {
                     self.travel(r, ground, &Cascade { index: cascade, lists, steps }, to);
@@ -197,18 +197,18 @@ impl Gi for Lighting {
     }
 }
 
-/// A grid whose light travels.
+/// A grid whose light is propagated.
 #[derive(Clone, Copy)]
 struct Cascade<'a> {
-    /// Its number, the finest first.
+    /// Its index, the finest first.
     index: usize,
     lists: &'a Lists,
-    /// Of propagation.
+    /// The number of propagation steps.
     steps: u32,
 }
 
 impl Lighting {
-    /// Injects the light that a grid's items send, propagates it, and adds every step to `sum`.
+    /// Injects the light of a grid's items, propagates it, and adds every step to `sum`.
     fn travel(&self, r: &mut Recorder, ground: &Ground, cascade: &Cascade, sum: &Field) {
         let Cascade { index, lists, steps } = *cascade;
         let groups = |group: [u32; 3]| group.map(|threads| self.settings.edge / threads);
@@ -231,7 +231,7 @@ impl Lighting {
         }
         let step_group = if self.settings.lobe == Lobe::Beam { BEAMS_GROUP } else { GROUP };
         for step in 0..steps {
-            r.full_barrier(); // the step before wrote
+            r.full_barrier(); // the previous step wrote
             let (old, new) = (&self.travelling[step as usize % 2], &self.travelling[(step as usize + 1) % 2]);
             let mut binds = vec![
                 Bind::buffer("blockers", &self.blockers),
@@ -246,7 +246,7 @@ impl Lighting {
         }
     }
 
-    /// A sum to be looked up.
+    /// Bindings of a sum for look-ups.
     fn look_up<'a>(&'a self, sum: &'a Field) -> Vec<Bind<'a>> {
         vec![
             Bind::buffer("blockers", &self.blockers),
@@ -266,7 +266,7 @@ fn push_of(lists: &Lists, cascade: usize) -> LpvPush {
     LpvPush { offset: [x, y, z], scale, cascade: cascade as u32 }
 }
 
-/// The light that travels, of one grid.
+/// The travelling light of one grid.
 fn travelling(own: &Settings) -> FieldDesc<'static> {
     let parts = if own.lobe == Lobe::Beam { 2 } else { 4 };
     FieldDesc { label: "travelling light", parts, edge: own.edge, grids: 1 }

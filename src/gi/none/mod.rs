@@ -1,6 +1,6 @@
-//! Direct light alone: the smallest method, and where to start from for another.
+//! Direct light only: the smallest method, and a starting point for another one.
 
-use super::{Gi, Maker, PassUnit, Update, Wants};
+use super::{IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::memory_plan::MemoryRow;
@@ -11,7 +11,7 @@ pub const PASS_UNITS: &[(&str, PassUnit)] = &[];
 
 pub struct Lighting;
 
-impl Gi for Lighting {
+impl IndirectMethod for Lighting {
     fn wants(_: &Settings) -> Wants {
         Wants::default()
     }

@@ -1,4 +1,4 @@
-//! Specialisation constants of the method: `glsl/gi/photons/constants.glsl` is their twin.
+//! Specialisation constants of the method. GLSL twin: `glsl/gi/photons/constants.glsl`.
 
 use super::Settings;
 use crate::vk::Constant;

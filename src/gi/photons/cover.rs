@@ -1,8 +1,8 @@
-//! Cover, with `photons.voxelise` = conservative: a multisampled raster without attachments counts, for every item of
-//! the ground's lists, the samples of its triangle's column that lie in its voxel. Where the lists are made of samples
-//! there is no such pass. Reads: triangles, lists. Writes: item samples. Twin: `tests/twins/cover.rs`.
+//! Cover, with `photons.voxelise` = conservative: for every list item, a multisampled raster without attachments counts
+//! the samples of its triangle's column that are in its voxel. The pass does not exist if lists are made from samples.
+//! Reads: triangles, lists. Writes: item samples. Twin: `tests/twins/cover.rs`.
 //!
-//! The lists say which voxels a triangle touches, exactly; samples say how much of each it fills.
+//! The lists contain exactly the voxels that a triangle touches, and samples measure how much of each it fills.
 
 use std::sync::Arc;
 
@@ -14,10 +14,10 @@ use crate::vk::{Constant, Context, RasterDesc, Recorder, ZoneKind};
 pub struct Cover(Voxelise);
 
 impl Cover {
-    /// `samples`: per pixel, as many as the device has; `constants` have them too.
+    /// `samples` is the number per pixel that the device supports, which `constants` also contain.
     ///
     /// # Errors
-    /// A lost device.
+    /// The device is lost.
     pub fn new(context: &Arc<Context>, constants: &[Constant], samples: u32) -> Result<Self> {
         let desc = RasterDesc {
             label: "cover",
@@ -33,7 +33,7 @@ impl Cover {
     pub fn record(&self, recorder: &mut Recorder, ground: &Ground) {
         let lists = ground.base();
         recorder.zone("cover", ZoneKind::Raster, lists.item_samples.bytes(), |r| {
-            r.full_barrier(); // the lists were made; the frame before read the counts
+            r.full_barrier(); // the lists were made, and the previous frame read the counts
             r.fill(&lists.item_samples, 0, lists.item_samples.bytes(), 0);
             r.full_barrier();
             self.0.list(r, ground, lists);

@@ -1,22 +1,22 @@
 //! Voxel cone tracing derived from photon mapping: one file per pass.
 //!
-//! The source is a set of notes ("VCT (Voxel Cone Tracing)") that take a voxel for a photon: `docs/notes/photons.md`
-//! lists what of them is wrong or open, and what is done instead. Samples of a multisampled raster say which voxels a
-//! triangle fills, and how much of each; every list item is lit; a voxel sums up what its items send in sixteen
-//! directions, and how much they stand in the way. Cones are drawn by the BRDF, each as wide as its share of it, and go
-//! through the volume in spheres that touch.
+//! The source is a set of notes ("VCT (Voxel Cone Tracing)") that treat a voxel as a photon. `docs/notes/photons.md`
+//! lists their errors and open points, and the solutions here. Samples of a multisampled raster find the voxels of a
+//! triangle and the share of each that it fills. Every list item is lit. A voxel sums the light that its items send in
+//! sixteen directions, and their opacity. Cones are sampled from the BRDF, each as wide as its share of it, and step
+//! through the volume in touching spheres.
 
 pub mod constants;
 pub mod cover;
 
 use super::bounces::{BounceDesc, PerBounce};
-use super::{CoarseLight, Gi, Maker, PassUnit, Update, Wants};
+use super::{CoarseLight, IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cell_passes::{EmptyCells, FillCells, FillDesc, MipCells};
-use crate::ground::constants::{LIT_ALIKE, with};
+use crate::ground::constants::{LIT_GROUPED, with};
 use crate::ground::memory_plan::MemoryRow;
-use crate::ground::volume::{LightVolume, Part, VolumeKind};
+use crate::ground::volume::{LightVolume, VolumeImage, VolumeKind};
 use crate::ground::voxelise::samples_per_pixel;
 use crate::settings::Settings as AllSettings;
 use crate::vk::{Bind, Constant, Image, Recorder, SamplerAddressMode};
@@ -26,20 +26,20 @@ pub use crate::settings::methods::photons::{Settings, Voxels};
 pub const PASS_UNITS: &[(&str, PassUnit)] =
     &[("cover", PassUnit::WalkedItems), ("shade", PassUnit::WalkedItems), ("mips", PassUnit::Voxels)];
 
-/// Of fill and mips: the map of what is sent, and opacity. `tests/device/passes_photons.rs` holds both.
+/// Forms of fill and mips: the map of sent light, and opacity. `tests/device/passes_photons.rs` checks both.
 const PARTS: &[&str] = &["", " OPACITY"];
 
-/// The light that every voxel sends in sixteen directions, a texel of an octahedral map each: stored radiance times the
-/// area that faces the direction, and that area, over a voxel's face. Every level of the map is 4 × 4 blocks of the
-/// level's grid. Beside it the opacity that travellers along +x +y +z meet, with the share of samples, and that of
-/// travellers along −x −y −z.
+/// The light that every voxel sends in sixteen directions, one texel of an octahedral map each: stored radiance times
+/// the area that faces the direction, and that area, over the area of a voxel's face. Every level of the map consists
+/// of 4 × 4 texels per voxel. Two more images hold opacity: for light that travels along +x +y +z with the share of
+/// samples, and for light that travels along −x −y −z.
 pub const PHOTON_VOLUME: VolumeKind = VolumeKind {
     labels: ["first bounce's", "second bounce's"],
     rows: ["first bounce's photons", "second bounce's photons"],
     parts: &[
-        Part { label: "photons", across: 4, looked_up: "photons", below: "map_below", stored: "photon_map" },
-        Part { label: "opacity forth", across: 1, looked_up: "met_forth", below: "forth_below", stored: "opacity_forth" },
-        Part { label: "opacity back", across: 1, looked_up: "met_back", below: "back_below", stored: "opacity_back" },
+        VolumeImage { label: "photons", across: 4, looked_up: "photons", below: "map_below", stored: "photon_map" },
+        VolumeImage { label: "opacity forth", across: 1, looked_up: "met_forth", below: "forth_below", stored: "opacity_forth" },
+        VolumeImage { label: "opacity back", across: 1, looked_up: "met_back", below: "back_below", stored: "opacity_back" },
     ],
     coarse: 0,
     drawn: false,
@@ -47,17 +47,17 @@ pub const PHOTON_VOLUME: VolumeKind = VolumeKind {
 };
 
 pub struct Lighting {
-    /// Unless the lists are made of samples.
+    /// `None` if the lists are made from samples.
     cover: Option<Cover>,
     shade: PerBounce<FillCells>,
     empty: EmptyCells,
     mips: MipCells,
-    /// One per bounce.
+    /// One volume per bounce.
     volumes: Vec<LightVolume>,
     constants: Vec<Constant>,
 }
 
-impl Gi for Lighting {
+impl IndirectMethod for Lighting {
     fn wants(settings: &AllSettings) -> Wants {
         let own = &settings.of.photons;
         Wants {
@@ -66,7 +66,7 @@ impl Gi for Lighting {
             cells: true,
             last_cells: true,
             lit_items: true,
-            alike: true,
+            grouped: true,
             item_samples: true,
             lobe_words: 4,
             kept_direct_light: settings.bounces.stored() > 1,
@@ -89,7 +89,7 @@ impl Gi for Lighting {
             ("DIFFUSE_CONES", own.bounce.into()),
             ("SAMPLES", samples.into()),
             ("LAMP_POINTS", settings.lights.voxel_lamp_points.into()),
-            ("LIT", LIT_ALIKE.into()),
+            ("LIT", LIT_GROUPED.into()),
         ];
         let voxels = with(voxels, &of_items);
         let shade = |BounceDesc { bounce, gathers, direct }| {
@@ -110,18 +110,18 @@ impl Gi for Lighting {
     }
 
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
-        // Samples say how much of its voxel every listed triangle fills, unless the lists say so already.
+        // Samples measure how much of its voxel every listed triangle fills, unless the lists contain that already.
         if let Some(cover) = self.cover.as_ref().filter(|_| update.lists) {
             cover.record(r, ground);
         }
         self.shade.each(&self.volumes, update.history, |shade, from, to| {
-            // Voxels that the last lists filled and the new lists do not are emptied.
+            // Voxels that only the previous lists filled are emptied.
             if update.lists {
                 self.empty.record(r, ground, to, update.known);
             }
-            // Every photon is lit, the voxels sum up what their photons send,
+            // Every photon is lit, and the voxels sum the light of their photons.
             shade.record(r, ground, to, from.map_or_else(Vec::new, |volume| volume.binds().collect()));
-            // and coarser voxels sum up finer ones, per direction.
+            // Coarser voxels average finer ones, for each direction.
             self.mips.record(r, ground, to);
         });
     }
@@ -134,7 +134,7 @@ impl Gi for Lighting {
         self.volumes.last().map_or_else(Vec::new, |volume| volume.binds().collect())
     }
 
-    /// Of each bounce the map, then opacity forth and back.
+    /// For each bounce the map, then both opacities.
     fn images(&self) -> Vec<&Image> {
         self.volumes.iter().flat_map(|volume| &volume.images).collect()
     }

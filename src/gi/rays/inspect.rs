@@ -1,11 +1,11 @@
-//! Debug views of the method: where it stores its light, and the rays along which a pixel's light was gathered.
+//! Debug views of the method: its stored light, and the rays that gathered a pixel's light.
 
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::Result;
-use crate::gi::Gi;
+use crate::gi::IndirectMethod;
 use crate::ground::Ground;
 use crate::ground::constants::{constants, with};
 use crate::settings::Settings;
@@ -18,35 +18,36 @@ use crate::vk::{
 const PIXELS: u32 = 8;
 const RAYS: u32 = 64;
 
-/// A frame of this method, as far as it is looked at.
+/// A frame of this method as input of a debug view.
 #[derive(Clone, Copy)]
 pub struct Inspected<'a> {
     pub ground: &'a Ground,
-    pub method: &'a dyn Gi,
+    pub method: &'a dyn IndirectMethod,
 }
 
-/// Of a frame of this method.
+/// Debug views of a frame of this method.
 pub struct Inspect {
     kept: Compute,
     rays: Compute,
-    /// Rays of a pixel, and pixels along each side of one that is gathered.
+    /// Rays per pixel, and the side of a gathered pixel in pixels.
     diffuse: u32,
     scale: u32,
 }
 
-/// A ray along which diffuse light was gathered. Positions in voxels of the base grid, radiance as stored:
-/// `Frame::scale` times it.
+/// A ray that gathered diffuse light. Positions are in voxels of the base grid; radiance is stored radiance,
+/// `Frame::scale` times radiance.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct InspectedRay {
     pub from: [f32; 3],
-    /// Where the first surface was met, or where it left the grid for the sky; `from` where the pixel shows no surface.
+    /// The first hit point, or the point where the ray left the grid for the sky; `from` if the pixel shows no surface.
     pub to: [f32; 3],
-    /// Radiance that the ray brought, including light that passed through surfaces that transmit it.
+    /// Radiance along the ray, including light through transmitting surfaces.
     pub light: [f32; 3],
-    /// 1 + the triangle that was met first, counted over the instances in the scene's order; 0: none.
+    /// 1 + the number of the triangle that was hit first, counted over the instances in the scene's order; 0 without a
+    /// hit.
     pub source: u32,
-    /// 1 where it was met from behind.
+    /// 1 if the triangle was hit from behind.
     pub back: u32,
 }
 
@@ -58,7 +59,7 @@ struct Push {
 }
 
 impl Inspect {
-    /// For frames with these settings.
+    /// Passes for frames with these settings.
     ///
     /// # Errors
     /// A lost device.
@@ -75,8 +76,8 @@ impl Inspect {
         Ok(made)
     }
 
-    /// Per pixel of the last frame's view: the radiance that is kept for the surface there, as stored, and 1 + which of
-    /// the lists' items keeps it; 0 where none does.
+    /// For each pixel of the last frame's view: the cached radiance of its surface, as stored, and 1 + the number of
+    /// the list item that caches it; 0 without an item.
     ///
     /// # Errors
     /// Too little memory, or a lost device.
@@ -99,7 +100,7 @@ impl Inspect {
         vk::download_image(context, &image, 0)
     }
 
-    /// The rays of the gathered pixel in which `pixel` of the last frame's image lies.
+    /// The rays of the gathered pixel that contains `pixel` of the last frame's image.
     ///
     /// # Errors
     /// Too little memory, or a lost device.
@@ -113,7 +114,7 @@ impl Inspect {
     }
 }
 
-/// A pass that looks at a frame, with what it writes to.
+/// A pass that reads a frame, and its output.
 struct Look<'a> {
     pass: &'a Compute,
     own: Bind<'a>,
@@ -129,8 +130,8 @@ impl Look<'_> {
         let mut r = Recorder::new(context, RecorderOptions::default())?;
         r.full_barrier(); // the last frame wrote lists and light
         if let Some(on_demand) = frame.method.on_demand() {
-            on_demand.light_all(&mut r, frame.ground); // no image asked for what is looked at
-            r.full_barrier(); // it is lit
+            on_demand.light_all(&mut r, frame.ground); // no image requested the light of these items
+            r.full_barrier(); // the items are lit
         }
         r.dispatch(self.pass, &self.pass.select(&binds), &self.push, self.groups);
         r.finish().map(drop)

@@ -1,42 +1,43 @@
-//! Exact rays that find what list items send.
+//! Exact rays that read the cached light of list items.
 //!
-//! Every list item is lit, one for all that are alike. A ray that hits a triangle reads the light of the item that
-//! stands for it where it was hit, front or back: no volume stands between, so nothing mixes through a wall. For a
-//! second bounce items gather along rays themselves. With all bounces each pass gathers what the one before left; once
-//! that has settled, rays go other ways in every pass, items are lit at other points, and the mean of the passes is the
-//! light.
+//! Every list item is lit, or one item for each group of a voxel's similar triangles. A ray that hits a triangle reads
+//! the light of the item at the hit point, for the side that it hits: there is no volume between, so no light mixes
+//! through a wall. For a second bounce, items gather along rays too. With all bounces, each pass gathers the light of
+//! the previous one. Once that has settled, every pass uses other rays and other points on items, and the mean of the
+//! passes is the light.
 
 pub mod inspect;
 
 use super::bounces::{BounceDesc, PerBounce};
-use super::{CoarseLight, Gi, Maker, OnDemand, PassUnit, Update, Wants};
+use super::{CoarseLight, IndirectMethod, Maker, OnDemand, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::cells::{LIT_COUNTS, SECOND_COUNTS};
-use crate::ground::constants::{DIRECT_READ, LIT_ALIKE, constants, with};
+use crate::ground::constants::{DIRECT_READ, LIT_GROUPED, constants, with};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, Settings as AllSettings};
 use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Recorder, ZoneKind};
 
 pub use crate::settings::methods::rays::Settings;
 
-/// Value of the constant `BOUNCES` for all: more than a ray meets.
+/// The value of the constant `BOUNCES` for all bounces, which exceeds the hits of any ray.
 const ALL_BOUNCES: u32 = 64;
 
-/// Sums that tell whether feedback has settled: of 4³ blocks of the grid, 64 bits each (`glsl/gi/rays/sums.comp`).
+/// Bytes of the sums that detect whether feedback has settled: 64 bits for each of 4³ blocks of the grid
+/// (`glsl/gi/rays/sums.comp`).
 const SUMS_BYTES: u64 = 4 * 4 * 4 * 8;
 
 pub const PASS_UNITS: &[(&str, PassUnit)] = &[("shade", PassUnit::WalkedItems)];
 
 pub struct Lighting {
     light: PerBounce<Light>,
-    /// Asks for the light that the second bounce reads, where light is made on demand.
+    /// The pass that requests the light that the second bounce reads, for light on demand.
     asks: Option<Light>,
     feedback: Option<Feedback>,
     constants: [Constant; 4],
 }
 
-/// A pass that lights the items, or asks for what they gather.
+/// A pass that lights items, or requests the light that they gather.
 struct Light {
     pipeline: Compute,
     label: &'static str,
@@ -50,7 +51,7 @@ struct Feedback {
     sums: Buffer,
 }
 
-impl Gi for Lighting {
+impl IndirectMethod for Lighting {
     fn wants(settings: &AllSettings) -> Wants {
         let all = settings.bounces == Bounces::All;
         Wants {
@@ -60,7 +61,7 @@ impl Gi for Lighting {
             nested: true,
             lit_items: true,
             indexed: true,
-            alike: true,
+            grouped: true,
             split: true,
             demand: !all,
             lobe_words: 2,
@@ -85,7 +86,7 @@ impl Gi for Lighting {
         let of_items = [
             ("DIFFUSE_RAYS", own.bounce.into()),
             ("LAMP_POINTS", settings.lights.voxel_lamp_points.into()),
-            ("LIT", LIT_ALIKE.into()),
+            ("LIT", LIT_GROUPED.into()),
         ];
         let items = with(with(constants(settings, features), &look_up), &of_items);
         let compute = |label, shader, constants: &[_]| Compute::new(context, &ComputeDesc { label, shader, constants });
@@ -121,22 +122,22 @@ impl Gi for Lighting {
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
         let Some(feedback) = &self.feedback else {
             let asked = &ground.base().asked_items;
-            r.full_barrier(); // the frame before asked
+            r.full_barrier(); // the previous frame requested light
             r.fill(asked, 0, asked.bytes(), 0);
             return;
         };
         match &self.light.again {
             Some(again) if update.history => {
-                // Everything is lit directly and by what it saw before;
+                // Everything is lit directly and by the light of the previous frame.
                 if update.lists {
                     feedback.carry(r, ground);
                 }
                 self.light(r, ground, again);
             }
-            // or directly alone.
+            // Everything is lit directly.
             _ => self.light(r, ground, &self.light.first),
         }
-        // Then once more where lists are new: what was not in its voxel before has been dark until now.
+        // It is lit once more if the lists are new, because items without a predecessor are still dark.
         if let Some(second) = self.light.second.as_ref().filter(|_| update.lists) {
             self.light(r, ground, second);
         }
@@ -172,15 +173,15 @@ impl Gi for Lighting {
 }
 
 impl Lighting {
-    /// The light and the lobes of the bounce before, which items gather. Passes with feedback read what the pass before
-    /// left while they write their own; without feedback no pass reads the lobes and writes them.
+    /// The light and the lobes of the previous bounce, which items gather. With feedback these buffers are
+    /// double-buffered; otherwise no pass both reads and writes lobes.
     fn gathered<'a>(&self, ground: &'a Ground) -> [Bind<'a>; 2] {
         let lists = ground.base();
         let lobes = if self.feedback.is_some() { &lists.seen_lobes } else { &lists.item_lobes };
         [Bind::buffer("seen_lights", &lists.seen_lights), Bind::buffer("seen_lobes", lobes)]
     }
 
-    /// Splits and lights the items that are listed, bounce by bounce.
+    /// Splits and lights the listed items, bounce by bounce.
     fn light_listed(&self, r: &mut Recorder, ground: &Ground) {
         ground.split(r, LIT_COUNTS);
         self.light(r, ground, &self.light.first);
@@ -189,7 +190,7 @@ impl Lighting {
         }
     }
 
-    /// A thread per item that the pass `light` goes through. `written`: the light of items.
+    /// Runs a thread per item of the pass `light`. `written` receives the light of items.
     fn over_items(&self, r: &mut Recorder, ground: &Ground, light: &Light, written: &Buffer) {
         let lists = ground.base();
         let all = light.bounce == 0 || self.feedback.is_some();
@@ -201,12 +202,12 @@ impl Lighting {
     }
 
     /// Lights the items of the lists. Reads: lists, triangles, materials, lights, lamps, kept direct light, the light
-    /// of the bounce before. Writes: item lights, kept direct light.
+    /// of the previous bounce. Writes: item lights, kept direct light.
     fn light(&self, r: &mut Recorder, ground: &Ground, pass: &Light) {
         let lists = ground.base();
         r.zone(pass.label, ZoneKind::Compute, lists.item_lights.bytes(), |r| {
-            r.full_barrier(); // the lists and what is gathered from were written
-            // With feedback the second pass reads a copy of what the first one wrote.
+            r.full_barrier(); // the lists and the gathered light were written
+            // With feedback, the second pass reads a copy of the light that the first one wrote.
             let is_read_next = self.feedback.is_none() && self.light.second.is_some() && pass.bounce == 0;
             let written = if is_read_next { &lists.seen_lights } else { &lists.item_lights };
             self.over_items(r, ground, pass, written);
@@ -219,7 +220,7 @@ impl Lighting {
 
 impl OnDemand for Lighting {
     fn begin(&self, r: &mut Recorder, ground: &Ground) {
-        r.full_barrier(); // the items that were asked for before are lit
+        r.full_barrier(); // the items that were requested before are lit
         ground.base().cells.empty_items(r);
     }
 
@@ -245,7 +246,7 @@ impl OnDemand for Lighting {
 }
 
 impl Feedback {
-    /// The next pass reads what this one wrote.
+    /// Makes the light of this pass the input of the next one.
     fn hand_over(&self, r: &mut Recorder, ground: &Ground) {
         let lists = ground.base();
         r.full_barrier(); // the items are lit
@@ -253,7 +254,7 @@ impl Feedback {
         r.copy(&lists.item_lobes, &lists.seen_lobes);
     }
 
-    /// New lists take over the light of those before them.
+    /// Carries light from the previous lists to the new ones.
     fn carry(&self, r: &mut Recorder, ground: &Ground) {
         let lists = ground.base();
         let binds = vec![
@@ -268,7 +269,7 @@ impl Feedback {
             Bind::buffer("seen_lobes", &lists.seen_lobes),
         ];
         r.zone("carry", ZoneKind::Compute, lists.seen_lights.bytes(), |r| {
-            r.full_barrier(); // the items that are lit were chosen
+            r.full_barrier(); // the lit items were chosen
             over_lit_items(r, ground, &self.carry, binds);
         });
     }
@@ -276,9 +277,9 @@ impl Feedback {
     fn sum(&self, r: &mut Recorder, ground: &Ground) {
         let binds = vec![Bind::buffer("list_items", &ground.base().items), Bind::buffer("light_sums", &self.sums)];
         r.zone("sums", ZoneKind::Compute, SUMS_BYTES, |r| {
-            r.full_barrier(); // the light was written, the sums before may have been read
+            r.full_barrier(); // the light was written, and the previous sums may have been read
             r.fill(&self.sums, 0, SUMS_BYTES, 0);
-            r.full_barrier(); // they are 0
+            r.full_barrier(); // the sums are 0
             over_lit_items(r, ground, &self.sum, binds);
         });
     }
@@ -296,7 +297,7 @@ pub fn look_up_constants(settings: &AllSettings, boxes: u32) -> [Constant; 4] {
     ]
 }
 
-/// A thread per lit item. `binds`: besides the lists of items and their light.
+/// Runs a thread per lit item. `binds` are in addition to the lists of items and their light.
 fn over_lit_items<'a>(r: &mut Recorder, ground: &'a Ground, pipeline: &Compute, mut binds: Vec<Bind<'a>>) {
     let lists = ground.base();
     binds.push(Bind::buffer("lit_items", &lists.lit_items));

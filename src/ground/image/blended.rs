@@ -1,6 +1,6 @@
-//! Blended surfaces: a list of samples per pixel, as the talk has a list of triangles per voxel, made into fragments
-//! that are sorted and shaded as opaque ones are. The pass resolve composites them. Reads: blended triangles, depth,
-//! materials, the method's light. Writes: lists, and what each fragment shows.
+//! Blended surfaces: a list of samples per pixel, analogous to the talk's list of triangles per voxel, becomes
+//! fragments that are sorted and shaded like opaque ones. The pass resolve composites them. Reads: blended triangles,
+//! depth, materials, the method's light. Writes: lists, and the shaded fragments.
 
 use std::sync::Arc;
 
@@ -16,13 +16,13 @@ use crate::vk::{
     Rect, RenderTarget, Sampler,
 };
 
-/// An entry of a list of samples.
+/// Bytes of an entry of a sample list.
 const SAMPLE_BYTES: u64 = 16;
 const COUNT_BYTES: u64 = 4;
-/// Of a pixel: the head of its list, then where its fragments begin, and how many there are.
+/// Bytes of a pixel: the head of its list, the start of its fragments, and their number.
 const HEAD_BYTES: u64 = 3 * PIXEL_BYTES;
 
-/// Bytes of [`Blended::new`].
+/// Memory of [`Blended::new`].
 pub fn plan(shape: &ImageShape, capacity: u32) -> MemoryRow {
     let capacity = u64::from(capacity);
     let lists = COUNT_BYTES + SAMPLE_BYTES * capacity + list_bytes(capacity) + HEAD_BYTES * shape.most_seen_pixels();
@@ -40,10 +40,10 @@ pub struct Blended {
 }
 
 impl Blended {
-    /// With room for `capacity` samples that see a blended triangle. `shader`: shades a fragment.
+    /// A pass with room for `capacity` samples that see a blended triangle. `shader` shades a fragment.
     ///
     /// # Errors
-    /// Too little memory, or a lost device.
+    /// There is too little memory, or the device is lost.
     pub fn new(
         context: &Arc<Context>,
         desc: &ImagePassDesc,
@@ -76,20 +76,21 @@ impl Blended {
         })
     }
 
-    /// Makes room for `capacity` samples.
+    /// Grows the buffers for `capacity` samples.
     ///
     /// # Errors
     /// Too little memory.
     pub fn grow(&mut self, context: &Arc<Context>, capacity: u32) -> Result<()> {
-        // The lists come last: what is shaded has room for all that they hold, also where there is no memory for more.
+        // The lists grow last, so that the shaded fragments always have room for all of their entries, even after an
+        // error.
         let lists = lists(context, capacity)?;
         self.shading.grow(context, u64::from(capacity))?;
         (self.samples, self.list) = lists;
         Ok(())
     }
 
-    /// Lists, sorts and shades what is seen of the blended triangles. `visibility`: what opaque surfaces hide. `binds`:
-    /// of the shader.
+    /// Lists, sorts and shades the visible blended triangles. `visibility` holds the opaque surfaces, which hide
+    /// blended ones. `binds` are those of the shader.
     pub fn record(&self, r: &mut Recorder, of: &BandFrame, visibility: &Visibility, binds: &[Bind<'_>]) {
         let ground = of.ground();
         empty(r, &self.list);
@@ -113,7 +114,7 @@ impl Blended {
         self.shading.record(r, of, &self.list, binds);
     }
 
-    /// The fragments, as the pass resolve reads them.
+    /// The shaded fragments, as bindings of the pass resolve.
     pub fn resolve_binds<'a>(&'a self, texels: &'a Sampler) -> [Bind<'a>; 3] {
         [
             Bind::buffer("blended_count", &self.list),
@@ -123,7 +124,7 @@ impl Blended {
     }
 }
 
-/// The list of samples, and that of fragments.
+/// The buffers of the sample list and of the fragment list.
 fn lists(context: &Arc<Context>, capacity: u32) -> Result<(Buffer, Buffer)> {
     let buffer = |label: &str, bytes| Buffer::new(context, label, bytes, BufferKind::Device);
     let capacity = u64::from(capacity);

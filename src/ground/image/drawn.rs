@@ -1,5 +1,5 @@
-//! Opaque surfaces that are shaded as they are drawn, triangle by triangle, as the talk does.
-//! Reads: triangles, materials, the method's light. Writes: what each sample shows.
+//! Opaque surfaces that are shaded while they are drawn, triangle by triangle, as in the talk. Reads: triangles,
+//! materials, the method's light. Writes: the shaded samples.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ pub struct Drawn {
     pass: Raster,
 }
 
-/// Bytes of [`Drawn::new`].
+/// Memory of [`Drawn::new`].
 pub fn plan(shape: &ImageShape) -> MemoryRow {
     ("image, as drawn", shape.most_seen_samples() * shape.color_bytes())
 }
@@ -49,7 +49,7 @@ impl Drawn {
         Ok(Self { colors: (0..shape.outputs).map(image).collect::<Result<_>>()?, pass: Raster::new(context, &pass)? })
     }
 
-    /// Draws a band. `depth`: a target with the depth of what is seen. `binds`: of the shader.
+    /// Draws a band. `depth` is a target with the depth of visible surfaces. `binds` are those of the shader.
     pub fn record(&self, r: &mut Recorder, of: &BandFrame, depth: &RenderTarget<'_>, binds: &[Bind<'_>]) {
         let colors: Vec<_> =
             self.colors.iter().map(|image| ColorTarget::overwritten(image.attachment_view(0))).collect();
@@ -59,7 +59,7 @@ impl Drawn {
         r.full_barrier();
     }
 
-    /// The images, as the pass resolve reads them.
+    /// The images, as a binding of the pass resolve.
     pub fn bind<'a>(&'a self, ground: &'a Ground) -> Bind<'a> {
         Bind::images("shaded", self.colors.iter().map(Image::view), &ground.scene.texel_sampler)
     }

@@ -1,6 +1,6 @@
-//! Fragments: each triangle of a pixel, in a list, so that one is shaded beside another wherever they lie in the image.
-//! A rasteriser shades squares of pixels of one triangle each, and among small triangles most of a square is empty.
-//! Reads: triangles that are seen, materials, the method's light. Writes: what each fragment shows.
+//! Fragments: a list of each triangle in each pixel, so that a workgroup shades fragments from anywhere in the image. A
+//! rasteriser shades quads of 2×2 pixels of one triangle, most of which are empty for small triangles. Reads: visible
+//! triangles, materials, the method's light. Writes: the shaded fragments.
 
 use std::sync::Arc;
 
@@ -14,15 +14,16 @@ use crate::vk::{
     Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Image, ImageDesc, ImageUsageFlags, ImageView, Recorder,
 };
 
-/// An entry of the list.
+/// Bytes of an entry of the list.
 pub const FRAGMENT_BYTES: u64 = 8;
-/// Where a pixel's fragments begin.
+/// Bytes of a pixel: the start of its fragments.
 pub const PIXEL_BYTES: u64 = 4;
-/// Threads of a workgroup that goes through fragments, or pixels of a row.
+/// Threads of a workgroup over fragments, or over pixels of a row.
 pub const GROUP: u32 = 64;
-/// Pixels across and down that a workgroup lists: those of its threads' tiles in `glsl/ground/image/fragments.comp`.
+/// Pixels across and down that a workgroup lists: the tiles of its threads in `glsl/ground/image/fragments.comp`.
 const LISTER_PIXELS: [u32; 2] = [8 * 4, 8 * 2];
-/// Samples of rows that are shaded at once, at most: one dispatch must do for as many fragments.
+/// The maximum number of samples in rows that are shaded at once, because one dispatch must suffice for their
+/// fragments.
 pub const MOST_AT_ONCE: u32 = GROUP * MOST_GROUPS;
 
 /// Bytes of a list with room for `capacity` fragments.
@@ -30,12 +31,12 @@ pub fn list_bytes(capacity: u64) -> u64 {
     size_of::<ListCount>() as u64 + capacity * FRAGMENT_BYTES
 }
 
-/// Empties a list; to be waited for.
+/// Empties a list. The caller adds a barrier.
 pub fn empty(r: &mut Recorder, list: &Buffer) {
     r.update(list, 0, &[ListCount { groups_x: 0, groups_y: 1, groups_z: 1, count: 0 }]);
 }
 
-/// Bytes of [`FragmentList::new`].
+/// Memory of [`FragmentList::new`].
 pub fn plan(shape: &ImageShape) -> MemoryRow {
     ("fragments", list_bytes(shape.most_seen_samples()) + PIXEL_BYTES * shape.most_seen_pixels())
 }
@@ -61,7 +62,7 @@ impl FragmentList {
         })
     }
 
-    /// Lists what is seen. `seen`: of [`Visibility::bind`](super::visibility::Visibility::bind).
+    /// Lists visible fragments. `seen` is from [`Visibility::bind`](super::visibility::Visibility::bind).
     pub fn record(&self, r: &mut Recorder, of: &BandFrame, seen: Bind<'_>) {
         empty(r, &self.list);
         r.full_barrier();
@@ -78,19 +79,19 @@ impl FragmentList {
     }
 }
 
-/// Bytes of what `capacity` fragments show.
+/// Bytes of `capacity` shaded fragments.
 pub fn shaded_bytes(shape: &ImageShape, capacity: u64) -> u64 {
     let (width, height) = shaded_size(capacity);
     u64::from(width) * u64::from(height) * shape.color_bytes()
 }
 
-/// Of the images of what `capacity` fragments show: about as high as wide, since drivers pad the sides.
+/// The size of images for `capacity` shaded fragments: about square, because drivers pad the sides.
 fn shaded_size(capacity: u64) -> (u32, u32) {
     let width = (capacity.isqrt() as u32).next_power_of_two();
     (width, capacity.div_ceil(u64::from(width)).max(1) as u32)
 }
 
-/// Shades the fragments of a list.
+/// The pass that shades the fragments of a list.
 pub struct FragmentShading {
     label: &'static str,
     shaded: Vec<Image>,
@@ -98,7 +99,7 @@ pub struct FragmentShading {
 }
 
 impl FragmentShading {
-    /// For `capacity` fragments. `label`: of the images of what they show.
+    /// A pass for `capacity` fragments. `label` is that of the images of shaded fragments.
     ///
     /// # Errors
     /// Too little memory, or a lost device.
@@ -113,7 +114,7 @@ impl FragmentShading {
         Ok(Self { label, shaded, pass })
     }
 
-    /// Makes room for `capacity` fragments.
+    /// Grows the images for `capacity` fragments.
     ///
     /// # Errors
     /// Too little memory.
@@ -122,7 +123,7 @@ impl FragmentShading {
         Ok(())
     }
 
-    /// `binds`: of the shader, without the list.
+    /// Shades the fragments of `list`. `binds` are the other bindings of the shader.
     pub fn record(&self, r: &mut Recorder, of: &BandFrame, list: &Buffer, binds: &[Bind<'_>]) {
         let mut binds = binds.to_vec();
         binds.push(Bind::buffer("fragment_count", list));
@@ -132,7 +133,7 @@ impl FragmentShading {
         r.full_barrier();
     }
 
-    /// The images of what fragments show.
+    /// The images of shaded fragments.
     pub fn shaded(&self) -> impl Iterator<Item = ImageView<'_>> {
         self.shaded.iter().map(Image::view)
     }

@@ -1,7 +1,7 @@
-//! Gather, links and share: diffuse light at fewer pixels than the image has, or along directions that differ from
-//! pixel to pixel, then the mean over neighbours on the same surface, where nothing stands between them. The pass image
-//! brings it up to its pixels. Reads: fragments, triangles, lists, the method's light. Writes: gathered light and the
-//! surfaces that it belongs to, band by band.
+//! Gather, links and share: diffuse light is gathered at fewer pixels than the image has, or along directions that
+//! differ between pixels. Then it is averaged over neighbours on the same surface without an obstacle between them. The
+//! pass image upsamples it. Reads: fragments, triangles, lists, the method's light. Writes: gathered light and its
+//! surfaces, band by band.
 
 use std::sync::Arc;
 
@@ -18,8 +18,9 @@ use crate::vk::{Bind, Compute, ComputeDesc, Context, Format, Image, ImageDesc, I
 
 const LIGHT_FORMAT: Format = Format::R16G16B16A16_SFLOAT;
 const SURFACE_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
-/// The lights that are gathered: what the method looks up, sampled lamps, these in the specular lobe, and what the
-/// method looks up in that. Their names in the passes that gather, share, and read the means over neighbours.
+/// The lights that are gathered: the method's look-up, sampled lamps, lamps in the specular lobe, and the method's
+/// look-up in the specular lobe. The names are those in the passes that gather, in those that share, and in the readers
+/// of the means over neighbours.
 const LIGHTS: [[&str; 3]; 4] = [
     ["gathered_light", "light", "shared_light"],
     ["gathered_lamps", "lamps", "shared_lamps"],
@@ -33,40 +34,41 @@ const TILE_GROUPS: u32 = 4;
 /// Pixels along each side of a workgroup of `links.comp` and `share.comp`.
 const GROUP: u32 = 8;
 
-/// Gathered pixels beyond the nearest that a surface is looked for among: `WIDER` in `glsl/ground/image/gathered.glsl`.
+/// How many gathered pixels beyond the nearest are searched for a surface: `WIDER` in
+/// `glsl/ground/image/gathered.glsl`.
 const WIDER: u32 = 2;
 
-/// Rows of an image.
+/// A range of rows of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rows {
+pub struct RowRange {
     pub first: u32,
     pub count: u32,
 }
 
-impl Rows {
-    /// Push constants of passes that take some rows.
+impl RowRange {
+    /// Push constants of passes over these rows.
     pub fn push(self) -> RowsPush {
         RowsPush { first: self.first, end: self.first + self.count }
     }
 }
 
-/// How an image gathers.
+/// The resolution and content of gathering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GatherShape {
     /// Pixels of the image per gathered pixel, along each side.
     scale: u32,
-    /// Gathered rows beyond a band's own on each side: `GATHER_MARGIN` in `glsl/ground/image/gathered.glsl`.
+    /// Gathered rows on each side of a band's own: `GATHER_MARGIN` in `glsl/ground/image/gathered.glsl`.
     margin: u32,
     /// Whether light of specular lobes is gathered too.
     lobes: bool,
-    /// Whether rays tell which gathered pixels share light: the constant `LINKED`.
+    /// Whether rays decide which gathered pixels share light: the constant `LINKED`.
     pub links: bool,
-    /// Whether light is gathered for blended surfaces too, the nearest of each place.
+    /// Whether light is also gathered for the nearest blended surface of each gathered pixel.
     pub blended: bool,
 }
 
 impl GatherShape {
-    /// `blended`: whether the scene has such surfaces.
+    /// `blended` says whether the scene has blended surfaces.
     pub fn new(settings: &ImageSettings, wants: &Wants, blended: bool) -> Self {
         Self {
             scale: settings.gather_resolution.scale(),
@@ -81,42 +83,43 @@ impl GatherShape {
         if self.lobes { &LIGHTS } else { &LIGHTS[..3] }
     }
 
-    /// Gathered pixels of a whole image.
+    /// Width and height of the gathered image of a whole frame.
     pub fn size(&self, shape: &ImageShape) -> (u32, u32) {
         (shape.width.div_ceil(self.scale), shape.height.div_ceil(self.scale))
     }
 
-    /// Gathered rows for some rows of the image.
-    fn rows(&self, shape: &ImageShape, own: Rows) -> Rows {
+    /// The gathered rows that `own` rows of the image need.
+    fn rows(&self, shape: &ImageShape, own: RowRange) -> RowRange {
         let first = (own.first / self.scale).saturating_sub(self.margin);
         let end = ((own.first + own.count).div_ceil(self.scale) + self.margin).min(self.size(shape).1);
-        Rows { first, count: end - first }
+        RowRange { first, count: end - first }
     }
 
     fn most_rows(&self, shape: &ImageShape) -> u32 {
         (shape.band_rows().div_ceil(self.scale) + 1 + 2 * self.margin).min(self.size(shape).1)
     }
 
-    /// Rows of the image that are seen for some of its rows: these, and those at which others are gathered for them.
-    pub fn seen(&self, shape: &ImageShape, own: Rows) -> Rows {
+    /// The rows of the image that must be visible for `own` rows: these, and the rows at which their neighbours are
+    /// gathered.
+    pub fn seen(&self, shape: &ImageShape, own: RowRange) -> RowRange {
         let (gathered, of) = (self.rows(shape, own), u64::from(self.size(shape).1));
         let row = |gathered: u32| u64::from(gathered) * u64::from(shape.height);
         let first = ((row(gathered.first) / of) as u32).min(own.first);
         let end = (row(gathered.first + gathered.count).div_ceil(of) as u32).max(own.first + own.count);
-        Rows { first, count: end - first }
+        RowRange { first, count: end - first }
     }
 
-    /// How many rows more are seen than there are, at most: a gathered pixel may be a row smaller than the scale.
+    /// The maximum number of rows beyond a band's own: a gathered pixel may be up to a row smaller than the scale.
     pub fn most_beyond(&self) -> u32 {
         2 * (self.margin + 2) * self.scale
     }
 
-    /// Bytes of a gathered pixel: every light before and after sharing, the surface, alone and with its links.
+    /// Bytes of a gathered pixel: all lights before and after sharing, the surface, and the surface with its links.
     fn pixel_bytes(&self) -> u64 {
         2 * 8 * self.lights().len() as u64 + if self.links { 32 } else { 16 }
     }
 
-    /// Bytes of [`Gather::new`].
+    /// Memory of [`Gather::new`].
     pub fn plan(&self, shape: &ImageShape) -> MemoryRow {
         let pixels = u64::from(self.size(shape).0) * u64::from(self.most_rows(shape));
         ("gathered light", pixels * self.pixel_bytes() * shape.gathered_layers())
@@ -126,7 +129,7 @@ impl GatherShape {
 pub struct Gather {
     of: GatherShape,
     gather: LightReader,
-    /// Where rays tell which pixels share: the pass that finds them.
+    /// The pass that finds by rays which pixels share light, if rays decide.
     link: Option<Compute>,
     share: Compute,
     opaque: Gathered,
@@ -139,7 +142,7 @@ struct Gathered {
     /// The surfaces with links to those that share light with them.
     linked: Option<Image>,
     lights: Vec<Image>,
-    /// Means of `lights` over neighbouring pixels; the image reads these.
+    /// Means of `lights` over neighbouring pixels, which the image reads.
     shared: Vec<Image>,
 }
 
@@ -204,14 +207,14 @@ impl Gather {
         }
     }
 
-    /// Gathers for one band of the image. `binds`: fragments of the nearest surfaces, and what the method's look-up
-    /// binds beside the ground.
+    /// Gathers for one band of the image. `binds` are the fragments of the nearest surfaces, and the bindings of the
+    /// method's look-up in addition to the ground's.
     pub fn record<'a>(&'a self, r: &mut Recorder, of: &BandFrame<'a>, nearest: Nearest, mut binds: Vec<Bind<'a>>) {
         let gathered = self.gathered(nearest);
         let (ground, rows, width) = (of.ground(), self.rows(of), self.of.size(of.shape()).0);
         let groups = [width.div_ceil(GROUP), rows.count.div_ceil(GROUP), 1];
         binds.push(Bind::storage_image("gathered_surfaces", gathered.surfaces.view()));
-        // An image that is declared but never written must be given something.
+        // An image that is declared but never written must still be given.
         let lights = gathered.lights.iter().chain(std::iter::repeat(&gathered.lights[0])).zip(LIGHTS);
         binds.extend(lights.map(|(image, [name, ..])| Bind::storage_image(name, image.view())));
         let pass = self.gather.for_use(of.light);
@@ -243,11 +246,11 @@ impl Gather {
         r.full_barrier();
     }
 
-    fn rows(&self, of: &BandFrame) -> Rows {
-        self.of.rows(of.shape(), Rows { first: of.band.first_row, count: of.band.rows })
+    fn rows(&self, of: &BandFrame) -> RowRange {
+        self.of.rows(of.shape(), RowRange { first: of.band.first_row, count: of.band.rows })
     }
 
-    /// Images that the passes read which shade such surfaces.
+    /// Images that passes read to shade surfaces of this kind.
     pub fn binds<'a>(&'a self, ground: &'a Ground, nearest: Nearest) -> impl Iterator<Item = Bind<'a>> {
         self.gathered(nearest).binds(ground)
     }

@@ -1,5 +1,5 @@
-//! Given: light on surfaces that a host drew itself, by their depth, normal, albedo and material.
-//! Reads: these, triangles, lists, the method's light. Writes: direct and indirect radiance, f32.
+//! Given: lights surfaces that a host drew, by their depth, normal, albedo and material. Reads: these images,
+//! triangles, lists, the method's light. Writes: direct and indirect radiance, f32.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::ground::constants::{Features, with};
 use crate::ground::memory_plan::MemoryRow;
 use crate::vk::{Bind, Compute, ComputeDesc, Context, Image, ImageDesc, ImageUsageFlags, Recorder, ZoneKind};
 
-/// Depth, normal, albedo, material; direct, indirect.
+/// Names of the images: depth, normal, albedo, material; direct, indirect.
 const NAMES: [&str; 6] =
     ["given_depth", "given_normal", "given_albedo", "given_material", "given_direct", "given_indirect"];
 const INPUTS: usize = 4;
@@ -27,11 +27,11 @@ pub struct GivenPass {
 /// Surfaces of a host in the images of a pass.
 pub struct GivenSurfaces<'a> {
     pub pass: &'a GivenPass,
-    /// Whether the host gave a material; else they are Lambertian.
+    /// Whether the host gave a material; otherwise the surfaces are Lambertian.
     pub have_material: bool,
 }
 
-/// Bytes of what [`GivenPass::new`] makes.
+/// Memory of [`GivenPass::new`].
 pub fn plan((width, height): (u32, u32)) -> MemoryRow {
     ("given surfaces and their light", u64::from(width) * u64::from(height) * 16 * NAMES.len() as u64)
 }
@@ -47,7 +47,7 @@ impl GivenPass {
             let (format, (width, height)) = (COLOR_FORMAT, size);
             Image::new(context, &ImageDesc { label, format, width, height, usage, ..Default::default() })
         };
-        // Surfaces of the host may be glossy where none of the scene's is.
+        // The host's surfaces may be glossy even if the scene's are not.
         let features = ("FEATURES", (desc.features.0 | Features::SPECULAR.0).into());
         let constants = with(desc.constants.clone(), &[features]);
         Ok(Self {
@@ -57,17 +57,17 @@ impl GivenPass {
         })
     }
 
-    /// The images that a host's depth, normal, albedo and material are copied to.
+    /// The images to which a host's depth, normal, albedo and material are copied.
     pub fn inputs(&self) -> &[Image] {
         &self.images[..INPUTS]
     }
 
-    /// Direct light, or the other one.
+    /// The image of direct light, or that of indirect light.
     pub fn light(&self, direct: bool) -> &Image {
         &self.images[if direct { INPUTS } else { INPUTS + 1 }]
     }
 
-    /// `look_up`: what the method's look-up binds. `have_material`: see [`GivenSurfaces`].
+    /// `look_up` holds the bindings of the method's look-up. `have_material`: see [`GivenSurfaces`].
     pub fn record(&self, r: &mut Recorder, ground: &Ground, look_up: &[Bind<'_>], have_material: bool) {
         let texels = &ground.scene.texel_sampler;
         let mut binds = ground.image_binds();
@@ -83,7 +83,7 @@ impl GivenPass {
         let (width, height) = self.size;
         let groups = [width.div_ceil(GROUP), height.div_ceil(GROUP), 1];
         let bytes = u64::from(width) * u64::from(height) * 32;
-        r.full_barrier(); // the method wrote its light, the host its surfaces
+        r.full_barrier(); // the method wrote its light, and the host its surfaces
         r.zone("given", ZoneKind::Compute, bytes, |r| {
             r.dispatch(&self.pass, &self.pass.select(&binds), &u32::from(have_material), groups);
         });

@@ -1,7 +1,7 @@
-//! The image: which triangle every sample sees first; of each triangle in a pixel the samples' direct light and, once,
-//! what the method looks up; blended surfaces over it, back to front. In bands of rows where the whole image would take
-//! much memory. Diffuse light may be gathered before, apart from the image. Reads: triangles, lists, the method's
-//! light. Writes: radiance, f32.
+//! The image: the visible triangle of every sample, then for each triangle in a pixel the direct light of its samples
+//! and one look-up of the method, then blended surfaces over them, back to front. Large images are made in bands of
+//! rows to limit memory. Diffuse light may be gathered in passes before. Reads: triangles, lists, the method's light.
+//! Writes: radiance, f32.
 
 mod blended;
 mod drawn;
@@ -25,20 +25,20 @@ use blended::Blended;
 use drawn::Drawn;
 pub use fragments::MOST_AT_ONCE;
 use fragments::{FragmentList, FragmentShading};
-use gather::{Gather, Rows};
+use gather::{Gather, RowRange};
 use resolve::Resolve;
 use target::{Band, ImageShape, ImageTarget};
 use visibility::{Nearest, Visibility};
 
-/// An image of more bands than this is timed as one pass: a recording has room for so many zones only.
+/// An image of more bands is timed as one pass, because a recording has a limited number of zones.
 const MOST_TIMED_BANDS: usize = 100;
 
-/// Rows that are shaded at once are multiples of this.
+/// The number of rows that are shaded at once is a multiple of this.
 const PART_ROWS: u32 = 16;
 
 pub struct ImagePass {
     visibility: Visibility,
-    /// Of blended surfaces, where light is gathered for these.
+    /// The visibility of blended surfaces, if light is gathered for them.
     nearest_blended: Option<Visibility>,
     list: Option<FragmentList>,
     gather: Option<Gather>,
@@ -49,32 +49,32 @@ pub struct ImagePass {
 }
 
 enum Opaque {
-    /// Triangle by triangle, as the talk does.
+    /// Triangle by triangle, as in the talk.
     Drawn(Drawn),
     /// Fragment by fragment.
     Listed(FragmentShading),
 }
 
-/// Inputs from which an [`ImagePass`] is made.
+/// The description from which an [`ImagePass`] is made.
 pub struct ImagePassDesc<'a> {
     pub features: Features,
-    /// The method's name: its look-up is asked.
+    /// The name of the method whose look-up is used.
     pub method: &'a str,
     /// All constants of the shaders.
     pub constants: Vec<Constant>,
-    /// Whether shaders are also made that ask for light instead of reading it.
+    /// Whether shaders that request light instead of reading it are made too.
     pub asks: bool,
 }
 
 impl ImagePassDesc<'_> {
-    /// A shader, and its form that asks.
+    /// A shader, and its form that requests light.
     fn light_reader(&self, context: &Arc<Context>, label: &'static str, shader: &str) -> Result<LightReader> {
         let pass = |shader: &str| Compute::new(context, &ComputeDesc { label, shader, constants: &self.constants });
         Ok(LightReader { reads: pass(shader)?, asks: self.asks.then(|| pass(&format!("{shader} ASKS"))).transpose()? })
     }
 }
 
-/// A shader that reads the light of list items, and its form that asks for it, where light is made on demand.
+/// A shader that reads the light of list items, and its form that requests it, for light on demand.
 pub struct LightReader {
     reads: Compute,
     asks: Option<Compute>,
@@ -93,12 +93,12 @@ impl LightReader {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightUse {
     Reads,
-    /// It asks for the light, and writes nothing that is shown.
+    /// It requests the light, and writes nothing visible.
     Asks,
 }
 
 impl ImagePass {
-    /// `counts`: what there is room for.
+    /// `counts` are capacities.
     ///
     /// # Errors
     /// Too little memory, or a lost device.
@@ -130,7 +130,7 @@ impl ImagePass {
         })
     }
 
-    /// Makes room for so many samples that see blended triangles.
+    /// Grows the buffers for `blended_samples` samples that see blended triangles.
     ///
     /// # Errors
     /// Too little memory.
@@ -138,13 +138,13 @@ impl ImagePass {
         self.blended.as_mut().map_or(Ok(()), |blended| blended.grow(context, blended_samples))
     }
 
-    /// Whether it was made to ask for light.
+    /// Whether it was made to request light.
     pub fn asks(&self) -> bool {
         self.asks
     }
 
-    /// `look_up`: what the method's look-up binds; `asked`: what lights the items that a band asks for, where light is
-    /// made on demand.
+    /// Records the image. `look_up` holds the bindings of the method's look-up. With light on demand, `asked` lights
+    /// the items that a band requests.
     pub fn record(&self, r: &mut Recorder, frame: &ImageFrame, look_up: &[Bind<'_>], asked: Option<&dyn OnDemand>) {
         let (target, shape) = (frame.target, frame.target.shape());
         let timed = shape.bands().count() <= MOST_TIMED_BANDS;
@@ -153,7 +153,7 @@ impl ImagePass {
                 let of = BandFrame {
                     frame: *frame,
                     band,
-                    rows: Rows { first: 0, count: band.seen_rows },
+                    rows: RowRange { first: 0, count: band.seen_rows },
                     light: LightUse::Reads,
                 };
                 let zone = |r: &mut Recorder, name, kind, bytes, record: &dyn Fn(&mut Recorder)| {
@@ -189,9 +189,9 @@ impl ImagePass {
         if timed { all(r) } else { r.zone("image", ZoneKind::Compute, target.bytes(), all) }
     }
 
-    /// Which triangles a band sees.
+    /// Finds the visible triangles of a band.
     fn see(&self, r: &mut Recorder, of: &BandFrame) {
-        r.full_barrier(); // the lists were made; the band before read the same images
+        r.full_barrier(); // the lists were made, and the previous band read the same images
         self.visibility.record(r, of, None);
         if let Some(blended) = &self.nearest_blended {
             blended.record(r, of, Some(&self.visibility));
@@ -200,7 +200,7 @@ impl ImagePass {
 
     fn gather(&self, r: &mut Recorder, of: &BandFrame, look_up: &[Bind<'_>]) {
         let (Some(gather), Some(list)) = (&self.gather, &self.list) else { return };
-        // Opaque surfaces come last: their list is used again.
+        // Opaque surfaces come last, because their list is used again.
         let blended = self.nearest_blended.iter().map(|seen| (Nearest::Blended, seen));
         for (nearest, seen) in blended.chain([(Nearest::Opaque, &self.visibility)]) {
             list.record(r, of, seen.bind(of.ground()));
@@ -211,7 +211,7 @@ impl ImagePass {
         }
     }
 
-    /// Bindings of the passes that shade surfaces: the ground's, the method's, and the light gathered for these
+    /// Bindings of the passes that shade surfaces: those of the ground and the method, and the light gathered for these
     /// surfaces.
     fn look_up_binds<'a>(&'a self, ground: &'a Ground, look_up: &[Bind<'a>], of: Nearest) -> Vec<Bind<'a>> {
         let mut binds = ground.image_binds();
@@ -226,28 +226,28 @@ impl ImagePass {
         drawn.record(r, of, &self.visibility.target(of, Load::Load), &binds);
     }
 
-    /// Shades and resolves the rows of a band, which may be parts for the recorder.
+    /// Shades and resolves the rows of a band. The recorder may split them into parts.
     fn shade(&self, r: &mut Recorder, of: &BandFrame, binds: &[Vec<Bind<'_>>; 2]) {
         let most = (of.shape().rows_at_once() / of.ground().desc.counts.blended_parts).max(1);
         let before = of.band.first_row - of.band.first_seen;
         r.in_parts(of.band.rows, PART_ROWS, |r, rows| {
             for first in rows.clone().step_by(most as usize) {
-                let rows = Rows { first: before + first, count: most.min(rows.end - first) };
+                let rows = RowRange { first: before + first, count: most.min(rows.end - first) };
                 self.shade_rows(r, &BandFrame { rows, ..*of }, binds);
             }
         });
     }
 
-    /// `binds`: of the passes that shade fragments, opaque and blended ones.
+    /// `binds` are those of the passes that shade opaque and blended fragments.
     fn shade_rows(&self, r: &mut Recorder, of: &BandFrame, [opaque, blending]: &[Vec<Bind<'_>>; 2]) {
         let (ground, texels) = (of.ground(), &of.ground().scene.texel_sampler);
         let mut shown = ground.image_binds();
-        r.full_barrier(); // the rows before were read from the same lists and images
+        r.full_barrier(); // the previous rows were read from the same lists and images
         match &self.opaque {
             Opaque::Drawn(drawn) => shown.extend([drawn.bind(ground), self.visibility.bind(ground)]),
             Opaque::Listed(shading) => {
                 let list = self.list.as_ref().expect("fragments are listed where they are shaded");
-                // Where light is gathered and no rows are apart, all are in the list already.
+                // If light is gathered and the rows are not split, the list already has all fragments.
                 if self.gather.is_none() || of.rows.count < of.band.seen_rows {
                     list.record(r, of, self.visibility.bind(ground));
                 }
@@ -266,7 +266,7 @@ impl ImagePass {
     }
 }
 
-/// The name of a shader in those of its forms that are asked for.
+/// The name of a shader with the requested forms.
 fn shader(plain: &str, forms: &[(&str, bool)]) -> String {
     let asked = forms.iter().filter(|(_, asked)| *asked).map(|(form, _)| *form);
     std::iter::once(plain).chain(asked).collect::<Vec<_>>().join(" ")
@@ -277,8 +277,8 @@ fn shader(plain: &str, forms: &[(&str, bool)]) -> String {
 pub struct BandFrame<'a> {
     pub frame: ImageFrame<'a>,
     pub band: Band,
-    /// The rows at work, among those that the band sees.
-    pub rows: Rows,
+    /// The rows at work, relative to the rows that the band sees.
+    pub rows: RowRange,
     pub light: LightUse,
 }
 

@@ -1,5 +1,5 @@
-//! Resolve: every sample shows the sky, the opaque surface before it, and blended surfaces over both; a pixel the mean
-//! of its samples. Reads: what fragments show, lists. Writes: the image, f32.
+//! Resolve: every sample shows the sky, the opaque surface in front of it, and blended surfaces over both; a pixel
+//! shows the mean of its samples. Reads: shaded fragments, lists. Writes: the image, f32.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ pub struct Resolve {
 
 impl Resolve {
     /// # Errors
-    /// A lost device.
+    /// The device is lost.
     pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, shape: &ImageShape) -> Result<Self> {
         let (layers, samples) = (("AOVS", shape.outputs > 1), ("MULTISAMPLED", shape.samples > 1));
         let forms = [layers, ("DRAWN", shape.drawn), samples, ("BLENDS", desc.features.has(Features::BLEND))];
@@ -30,7 +30,7 @@ impl Resolve {
         })
     }
 
-    /// `binds`: what samples show.
+    /// `binds` hold the shaded samples.
     pub fn record<'a>(&self, r: &mut Recorder, of: &BandFrame<'a>, mut binds: Vec<Bind<'a>>) {
         let (target, scene, width) = (of.frame.target, of.frame.scene, of.shape().width);
         binds.push(target.bind("resolved"));

@@ -1,11 +1,10 @@
-//! The image on the device, its shape and its bands: what has a sample of its own, and fragments, are kept for one band
-//! of rows, so that an image of any size needs bounded memory beside itself. The image stays on the device until a
-//! [`Readback`] copies it out.
+//! The image on the device, its shape and its bands. Samples and fragments are kept for one band of rows, so that an
+//! image of any size needs limited additional memory. The image stays on the device until a [`Readback`] copies it.
 
 use std::sync::Arc;
 
 use super::fragments::{self, FRAGMENT_BYTES, MOST_AT_ONCE};
-use super::gather::{GatherShape, Rows};
+use super::gather::{GatherShape, RowRange};
 use super::visibility::{self, SEEN_BYTES};
 use super::{blended, drawn};
 use crate::Result;
@@ -19,19 +18,19 @@ pub const COLOR_FORMAT: Format = Format::R32G32B32A32_SFLOAT;
 pub const DEPTH_FORMAT: Format = Format::D32_SFLOAT;
 const COLOR_BYTES: u64 = 16;
 pub const DEPTH_BYTES: u64 = 4;
-/// Of what a band takes: an image of 3840×2160 with one sample is one, or one of 1920×1080 with four. Each band draws
-/// all triangles anew.
+/// The memory of a band: an image of 3840×2160 with one sample is one band, and so is 1920×1080 with four. Each band
+/// draws all triangles again.
 const BAND_BYTES: u64 = 256 << 20;
-/// Samples that a band sees at most, and rows: what fits into a binding, and into the place of a fragment.
+/// The maximum number of samples and rows that a band sees: the limits of a binding and of a fragment's packed
+/// position.
 const BAND_SAMPLES: u64 = 16_000_000;
 const BAND_ROWS: u64 = 8000;
 
-/// Depth of the sky while it is blended and resolved, as in `glsl/ground/image/resolve.comp`; infinity times zero would
-/// be NaN. Read back as infinity.
+/// The depth of the sky while it is blended and resolved, as in `glsl/ground/image/resolve.comp`; infinity times zero
+/// would be NaN. It is read back as infinity.
 pub const FAR: f32 = 1e36;
 
-/// The outputs of the pass image in their order: what each holds, a layer or, channel by channel, several of one
-/// number.
+/// The outputs of the pass image in their order, each with its layer, or with several scalar layers, one per channel.
 const OUTPUTS: &[&[Aov]] = &[
     &[Aov::Beauty],
     &[Aov::Direct],
@@ -41,9 +40,9 @@ const OUTPUTS: &[&[Aov]] = &[
     &[Aov::Ao, Aov::Depth, Aov::Diffuse],
 ];
 
-/// How many outputs an image with these further layers takes.
+/// The number of outputs of an image with these further layers.
 pub fn outputs(aovs: &[Aov]) -> usize {
-    let alone = aovs.iter().all(|aov| matches!(aov, Aov::Beauty | Aov::Alpha)); // both are of the image itself
+    let alone = aovs.iter().all(|aov| matches!(aov, Aov::Beauty | Aov::Alpha)); // both are parts of the image itself
     if alone { 1 } else { OUTPUTS.len() }
 }
 
@@ -52,35 +51,35 @@ pub fn outputs(aovs: &[Aov]) -> usize {
 pub struct Band {
     pub first_row: u32,
     pub rows: u32,
-    /// The rows that it sees: more than it has where pixels beyond it are gathered.
+    /// The first row that it sees: gathering needs pixels beyond its own rows.
     pub first_seen: u32,
     pub seen_rows: u32,
 }
 
 pub struct ImageTarget {
     shape: ImageShape,
-    /// The whole image: one per entry of [`OUTPUTS`], or the first alone.
+    /// Images of the whole size: one per entry of [`OUTPUTS`], or only the first.
     images: Vec<Image>,
 }
 
-/// The sizes of everything that an image is made with follow from this.
+/// The properties of an image from which the sizes of its resources follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageShape {
-    /// Pixels.
+    /// Width in pixels.
     pub width: u32,
     pub height: u32,
-    /// Per pixel.
+    /// Samples per pixel.
     pub samples: u32,
-    /// See [`outputs`].
+    /// The number of outputs: see [`outputs`].
     pub outputs: usize,
-    /// Whether opaque surfaces are shaded as they are drawn: [`Wants::drawn`].
+    /// Whether opaque surfaces are shaded while they are drawn: [`Wants::drawn`].
     pub drawn: bool,
-    /// Where diffuse light is gathered apart from the image.
+    /// The resolution of gathering, if diffuse light is gathered in passes before the image.
     pub gathers: Option<GatherShape>,
 }
 
 impl ImageShape {
-    /// `blended`: whether the scene has such surfaces.
+    /// `blended` says whether the scene has blended surfaces.
     pub fn new(
         settings: &ImageSettings,
         wants: &Wants,
@@ -97,24 +96,24 @@ impl ImageShape {
         COLOR_BYTES * self.outputs as u64
     }
 
-    /// Whether fragments are listed: to be shaded, or to be gathered at.
+    /// Whether fragments are listed, for shading or for gathering.
     pub fn lists(&self) -> bool {
         !self.drawn || self.gathers.is_some()
     }
 
-    /// Kinds of surfaces of which the nearest ones are kept, since light is gathered for each: opaque ones, blended
-    /// ones.
+    /// The number of kinds of surfaces whose nearest ones are kept because light is gathered for them: opaque ones, and
+    /// blended ones.
     pub fn gathered_layers(&self) -> u64 {
         if self.gathers.is_some_and(|gathers| gathers.blended) { 2 } else { 1 }
     }
 
-    /// Places at which diffuse light is looked up, about.
+    /// About the number of places at which diffuse light is looked up.
     pub fn gathered_pixels(&self) -> u64 {
         let (width, height) = self.gathers.map_or((self.width, self.height), |gathers| gathers.size(self));
         u64::from(width) * u64::from(height)
     }
 
-    /// Rows of a band.
+    /// The number of rows of a band.
     pub fn band_rows(&self) -> u32 {
         let drawn = if self.drawn { self.color_bytes() } else { 0 };
         let of_sample = SEEN_BYTES * self.gathered_layers() + drawn + if self.lists() { FRAGMENT_BYTES } else { 0 };
@@ -132,45 +131,44 @@ impl ImageShape {
     }
 
     fn band(&self, first_row: u32, rows: u32) -> Band {
-        let own = Rows { first: first_row, count: rows.min(self.height - first_row) };
+        let own = RowRange { first: first_row, count: rows.min(self.height - first_row) };
         let seen = self.gathers.map_or(own, |gathers| gathers.seen(self, own));
         Band { first_row, rows: own.count, first_seen: seen.first, seen_rows: seen.count }
     }
 
-    /// Rows that a band sees at most.
+    /// The maximum number of rows that a band sees.
     pub fn most_seen_rows(&self) -> u32 {
         let beyond = self.gathers.map_or(0, |gathers| gathers.most_beyond());
         (self.band_rows() + beyond).min(self.height)
     }
 
-    /// Rows that are shaded at once at most.
+    /// The maximum number of rows that are shaded at once.
     pub fn rows_at_once(&self) -> u32 {
         (MOST_AT_ONCE / (self.width * self.samples)).clamp(1, self.band_rows())
     }
 
-    /// Samples that are shaded at once at most.
+    /// The maximum number of samples that are shaded at once.
     pub fn samples_at_once(&self) -> u64 {
         u64::from(self.rows_at_once()) * u64::from(self.width) * u64::from(self.samples)
     }
 
-    /// Bytes of what fragments show that are shaded at once.
+    /// Bytes of the fragments that are shaded at once.
     fn shaded_bytes(&self) -> u64 {
         fragments::shaded_bytes(self, self.samples_at_once())
     }
 
-    /// Pixels that a band sees at most,
+    /// The maximum number of pixels that a band sees.
     pub fn most_seen_pixels(&self) -> u64 {
         u64::from(self.width) * u64::from(self.most_seen_rows())
     }
 
-    /// and their samples.
+    /// The maximum number of samples that a band sees.
     pub fn most_seen_samples(&self) -> u64 {
         self.most_seen_pixels() * u64::from(self.samples)
     }
 }
 
-/// Sizes of everything that an image is made with. `blended`: room for fragments of blended surfaces, where there are
-/// any.
+/// Sizes of all resources of an image. `blended` is the capacity for fragments of blended surfaces, if there are any.
 pub fn plan(shape: &ImageShape, blended: Option<u32>) -> Vec<MemoryRow> {
     let (width, height, bytes) = (u64::from(shape.width), u64::from(shape.height), shape.color_bytes());
     let mut plan = vec![("image", width * height * bytes), visibility::plan(shape)];
@@ -185,7 +183,7 @@ pub fn plan(shape: &ImageShape, blended: Option<u32>) -> Vec<MemoryRow> {
 
 impl ImageTarget {
     /// # Errors
-    /// Too little memory.
+    /// There is too little memory.
     pub fn new(context: &Arc<Context>, shape: ImageShape) -> Result<Self> {
         let ImageShape { width, height, outputs, .. } = shape;
         let usage = ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED | ImageUsageFlags::TRANSFER_SRC;
@@ -201,7 +199,7 @@ impl ImageTarget {
         &self.shape
     }
 
-    /// Pixels.
+    /// Width and height in pixels.
     pub fn size(&self) -> (u32, u32) {
         (self.shape.width, self.shape.height)
     }
@@ -211,18 +209,17 @@ impl ImageTarget {
         u64::from(self.shape.width) * u64::from(self.shape.height) * self.shape.color_bytes()
     }
 
-    /// All images, to be written as an array.
+    /// All images as a binding of an array.
     pub fn bind<'a>(&'a self, name: &'a str) -> Bind<'a> {
         Bind::storage_images(name, self.images.iter().map(Image::view))
     }
 
-    /// The whole image, in `GENERAL` layout: radiance, RGBA in f32.
+    /// The whole image in `GENERAL` layout: radiance, RGBA in f32.
     pub fn image(&self) -> &Image {
         &self.images[0]
     }
 
-    /// The whole image that holds `layer`, and which of its channels where it is one number; `None` where it is not
-    /// made.
+    /// The whole image that holds `layer`, and the channel of a scalar layer; `None` if it is not made.
     pub fn layer(&self, layer: Aov) -> Option<(&Image, Option<usize>)> {
         if layer == Aov::Alpha {
             return Some((self.image(), Some(3)));
@@ -234,21 +231,21 @@ impl ImageTarget {
     }
 }
 
-/// Where the CPU reads an image from.
+/// Buffers from which the CPU reads an image.
 pub struct Readback {
     width: u32,
     height: u32,
-    /// One per output of the target.
+    /// One buffer per output of the target.
     buffers: Vec<Buffer>,
 }
 
-/// Size of everything that [`Readback::new`] makes.
+/// Memory of [`Readback::new`].
 pub fn readback_plan((width, height): (u32, u32), outputs: usize) -> MemoryRow {
     ("image readback", u64::from(width) * u64::from(height) * COLOR_BYTES * outputs as u64)
 }
 
 impl Readback {
-    /// For targets of that size with so many outputs.
+    /// A readback for targets of that size with this number of outputs.
     ///
     /// # Errors
     /// Too little memory.
@@ -258,7 +255,7 @@ impl Readback {
         Ok(Self { width, height, buffers: (0..outputs).map(buffer).collect::<Result<_>>()? })
     }
 
-    /// Copies the image out; to be read once the commands were waited for.
+    /// Copies the image to the buffers, which can be read after the commands have finished.
     pub fn record(&self, recorder: &mut Recorder, target: &ImageTarget) {
         recorder.full_barrier(); // the image was written
         for (image, buffer) in target.images.iter().zip(&self.buffers) {
@@ -266,7 +263,7 @@ impl Readback {
         }
     }
 
-    /// The image; `aovs` chooses among the layers drawn.
+    /// The image with the layers `aovs`, which were drawn.
     pub fn read(&self, aovs: &[Aov]) -> Layers {
         let wanted = |layer: &&Aov| **layer == Aov::Beauty || aovs.contains(layer);
         let layers = Aov::ALL.iter().filter(wanted).filter_map(|&layer| Some((layer, self.pixels(layer)?)));

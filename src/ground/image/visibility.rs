@@ -1,5 +1,5 @@
-//! A visibility buffer: which triangle every sample of the image sees (Burns and Hunt, "The Visibility Buffer: A
-//! Cache-Friendly Approach to Deferred Shading", JCGT 2013), and how deep.
+//! A visibility buffer: the triangle and the depth that every sample of the image sees (Burns and Hunt, "The Visibility
+//! Buffer: A Cache-Friendly Approach to Deferred Shading", JCGT 2013).
 
 use std::sync::Arc;
 
@@ -14,12 +14,12 @@ use crate::vk::{
     Raster, RasterDesc, Recorder, Rect, RenderTarget,
 };
 
-/// Of what is seen: 1 + 2 × the triangle's place + whether its back is; 0 is nothing.
+/// Format of the visible triangle: 1 + 2 × its index + whether its back is visible; 0 without a triangle.
 const FORMAT: Format = Format::R32_UINT;
-/// Bytes of a sample: what it sees, and its depth.
+/// Bytes of a sample: its triangle and its depth.
 pub const SEEN_BYTES: u64 = 4 + DEPTH_BYTES;
 
-/// Bytes of a visibility buffer of each kind that there is.
+/// Memory of one visibility buffer for each kind of surface.
 pub fn plan(shape: &ImageShape) -> MemoryRow {
     ("visibility", shape.most_seen_samples() * SEEN_BYTES * shape.gathered_layers())
 }
@@ -30,11 +30,11 @@ pub struct Visibility {
     pass: Raster,
 }
 
-/// Of which surfaces a visibility buffer knows the nearest.
+/// The kind of surfaces whose nearest ones a visibility buffer holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Nearest {
     Opaque,
-    /// Those that no opaque surface hides.
+    /// Blended surfaces that no opaque surface hides.
     Blended,
 }
 
@@ -68,7 +68,7 @@ impl Visibility {
         })
     }
 
-    /// Finds what a band sees; `opaque`: what hides blended surfaces, for these.
+    /// Finds the visible triangles of a band. For blended surfaces, `opaque` holds the surfaces that hide them.
     pub fn record(&self, r: &mut Recorder, of: &BandFrame, opaque: Option<&Self>) {
         let (ground, mut call) = (of.ground(), of.ground().recorded());
         let mut binds = ground.image_binds();
@@ -84,7 +84,7 @@ impl Visibility {
         r.full_barrier();
     }
 
-    /// The rows that a band sees and their depth, without colours.
+    /// A render target with the rows that a band sees and their depth, without colours.
     pub fn target(&self, of: &BandFrame, load: Load<f32>) -> RenderTarget<'_> {
         let (shape, band) = (of.shape(), &of.band);
         RenderTarget {

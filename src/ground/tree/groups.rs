@@ -1,7 +1,7 @@
-//! The trees over all triangles of a scene, made once: over the triangles that no animation moves, and over each
-//! instance that moves or is deformed: then it stands as in its rest pose, and the boxes follow its triangles.
-//! Triangles of all meshes stand in one tree, because meshes lie through one another. Many triangles are cut into parts
-//! with a tree each: these are built side by side, and each fits into a processor's cache.
+//! The trees over all triangles of a scene, built once: one over the triangles that no animation moves, and one for
+//! each instance that moves or deforms. A deforming instance has its rest pose, and its boxes are refitted later.
+//! Triangles of all static meshes share one tree, because meshes interpenetrate. Many triangles are split into parts
+//! with a tree each, which are built in parallel and fit into a processor's cache.
 
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
@@ -9,49 +9,50 @@ use std::sync::{Arc, OnceLock};
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::links::{Corners, Links, MOST_IN_LEAF, Node, WORDS, bounds, moved, primitives, union};
+use super::links::{Corners, LinkedNode, Links, MOST_IN_LEAF, WORDS, bounds, moved, primitives, union};
 use crate::scene::Scene;
 
-/// Triangles of a part, at most. A sheet of ten million builds in 1/4 of the time that one tree over all of them takes.
+/// The maximum number of triangles in a part. A sheet of ten million triangles builds in a quarter of the time of a
+/// single tree.
 const MOST_IN_PART: usize = 1 << 16;
 
-/// Triangles that keep their places to each other and share a tree.
+/// Triangles that move together and share a tree.
 #[derive(Clone, Copy, Debug)]
 struct Group {
-    /// The instance that moves them; none: nothing does.
+    /// The instance that moves them; `None` for static triangles.
     instance: Option<usize>,
-    /// About them, in the space of the instance or in that of the world.
+    /// Their bounds in the space of the instance, or in that of the world.
     bounds: Corners,
 }
 
 #[derive(Debug, Default)]
 pub struct SceneTrees {
     groups: Vec<Group>,
-    /// Level by level over all groups, the roots first. They stand behind the tree over the groups and a node per group
-    /// to which ways out of it lead.
-    pub nodes: Vec<Node>,
-    /// Of these, counted from the first.
+    /// The nodes, level by level over all groups, the roots first. They follow the tree over the groups and one node
+    /// per group, which continues a traversal after the group.
+    pub nodes: Vec<LinkedNode>,
+    /// The ranges of levels among these nodes, counted from the first one.
     pub levels: Vec<Range<usize>>,
-    /// Triangles in the order of the leaves: their sources.
+    /// The sources of triangles in the order of the leaves.
     pub sources: Vec<u32>,
 }
 
-/// How many nodes there are.
+/// The numbers of nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TreeSize {
     pub groups: usize,
-    /// Of all groups' trees.
+    /// The number of nodes of all groups' trees.
     pub nodes: usize,
     pub triangles: usize,
 }
 
 impl TreeSize {
-    /// Nodes of the tree over the groups: at least one, also where there is nothing.
+    /// The number of nodes of the tree over the groups: at least one, even without triangles.
     pub fn top(&self) -> usize {
         (2 * self.groups).saturating_sub(1).max(1)
     }
 
-    /// Nodes that stand before those of the groups.
+    /// The number of nodes before those of the groups.
     pub fn before(&self) -> usize {
         self.top() + self.groups
     }
@@ -61,10 +62,10 @@ impl TreeSize {
     }
 }
 
-/// Makes the trees of a scene when they are first asked for.
+/// Builds the trees of a scene on the first request.
 #[derive(Debug, Default)]
 pub struct TreesOnce {
-    /// Where instances stood at first.
+    /// The first transforms of instances.
     pub world_from_instance: Vec<DAffine3>,
     made: OnceLock<Arc<SceneTrees>>,
 }
@@ -74,8 +75,8 @@ impl TreesOnce {
         Self { world_from_instance: world_from_instance.to_vec(), made: OnceLock::new() }
     }
 
-    /// The size of the trees of `scene`; before they are made the least that it can be, since they take far longer than
-    /// a refusal of what does not fit.
+    /// The size of the trees of `scene`. Before they are built it is a lower bound, because building takes far longer
+    /// than refusing a scene that does not fit.
     pub fn size(&self, scene: &Scene) -> TreeSize {
         let least = || {
             let triangles = scene.triangle_count();
@@ -85,8 +86,8 @@ impl TreesOnce {
         self.made.get().map_or_else(least, |trees| trees.size())
     }
 
-    /// Of `scene`, always the same one.
-    pub fn of(&self, scene: &Scene) -> Arc<SceneTrees> {
+    /// The trees of `scene`, which is always the same one.
+    pub fn of_scene(&self, scene: &Scene) -> Arc<SceneTrees> {
         self.made.get_or_init(|| Arc::new(SceneTrees::new(scene, &self.world_from_instance))).clone()
     }
 }
@@ -129,10 +130,10 @@ impl SceneTrees {
         trees
     }
 
-    /// Puts the trees of all groups together.
+    /// Joins the trees of all groups.
     fn join(&mut self, all: &[Links]) {
         let depth = all.iter().map(|links| links.levels.len()).max().unwrap_or(0);
-        // Where each group's levels stand.
+        // The start of each group's levels.
         let mut places: Vec<Vec<usize>> = vec![Vec::new(); all.len()];
         let mut next = 0;
         for level in 0..depth {
@@ -148,7 +149,7 @@ impl SceneTrees {
         let size = TreeSize { groups: all.len(), nodes: next, triangles };
         let first_source = size.all() * WORDS;
         self.nodes = vec![[0; WORDS]; next];
-        // The nodes of a level of a group, with where they stand.
+        // The nodes of a group on one level, with their places.
         let mut slots = Vec::new();
         let mut left = self.nodes.as_mut_slice();
         for level in 0..depth {
@@ -158,7 +159,7 @@ impl SceneTrees {
                 left = behind;
             }
         }
-        // Where the primitives of each group begin.
+        // The start of each group's primitives.
         let mut begin = Vec::new();
         for links in all {
             begin.push(first_source + self.sources.len());
@@ -181,8 +182,8 @@ impl SceneTrees {
         TreeSize { groups: self.groups.len(), nodes: self.nodes.len(), triangles: self.sources.len() }
     }
 
-    /// The tree over all groups and their ways out, for instances that stand at `world_from_instance`. Its leaves are
-    /// copies of the groups' roots.
+    /// The tree over all groups, and the nodes that continue after each, for instances at `world_from_instance`. Its
+    /// leaves are copies of the groups' roots.
     pub fn top(&self, world_from_instance: &[DAffine3]) -> Top {
         let size = self.size();
         let about =
@@ -193,7 +194,7 @@ impl SceneTrees {
             nodes[at] = *node;
             if let Some(of) = primitives(node) {
                 let group = tree.primitives[of.start] as usize;
-                nodes[size.top() + group] = *node; // never met: only what comes after it counts
+                nodes[size.top() + group] = *node; // never visited: only its successors count
                 nodes[at][0] = self.nodes[group][0];
             }
         }
@@ -202,12 +203,12 @@ impl SceneTrees {
 }
 
 pub struct Top {
-    pub nodes: Vec<Node>,
+    pub nodes: Vec<LinkedNode>,
     pub levels: Vec<Range<usize>>,
 }
 
-/// Instances with triangles that keep their places to each other, and whether they move: first all that nothing moves
-/// or deforms, then each other one.
+/// Groups of instances whose triangles move together, and whether they move: first all static ones, then each other
+/// instance.
 fn placed_together(scene: &Scene) -> Vec<(Vec<usize>, bool)> {
     let moves = scene.moving_nodes();
     let solid = |&index: &usize| !scene.meshes[scene.instances[index].mesh].indices.is_empty();
@@ -219,7 +220,7 @@ fn placed_together(scene: &Scene) -> Vec<(Vec<usize>, bool)> {
     still.into_iter().chain(moving.into_iter().map(|index| (vec![index], true))).collect()
 }
 
-/// The boxes by number, cut in halves across the longest extent of their centres until no part has more than
+/// The numbers of the boxes, split in halves across the longest extent of their centres until no part has more than
 /// [`MOST_IN_PART`].
 fn parts(boxes: &[Corners]) -> Vec<Vec<u32>> {
     let center = |[min, max]: &Corners| (0.5 * (min + max)).as_vec3();
@@ -243,7 +244,7 @@ fn cut(centers: &mut [(Vec3, u32)]) -> Vec<Vec<u32>> {
     all
 }
 
-/// The box about a placed box.
+/// The bounds of a transformed box.
 fn placed(corners: &Corners, place: &DAffine3) -> Corners {
     let corner = |i: usize| DVec3::from_array(std::array::from_fn(|axis| corners[i >> axis & 1][axis]));
     bounds((0..8).map(|i| place.transform_point3(corner(i))))
@@ -270,7 +271,7 @@ mod tests {
         }
     }
 
-    /// A sheet and a cloud of ten million triangles: on two cores each has its trees in ten seconds.
+    /// A sheet and a cloud of ten million triangles: the trees of each are built in ten seconds on two cores.
     #[test]
     #[ignore = "half a minute, 8 GB: make test-more"]
     fn ten_million_triangles_have_trees_within_ten_seconds() {

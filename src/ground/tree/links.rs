@@ -1,10 +1,11 @@
-//! Binary trees as words: what a ray needs to go through them without a stack.
+//! Binary trees as words, for traversal without a stack.
 //!
-//! A node has nine words. The first: where its left child stands (1-based; the right one follows) and the axis along
-//! which they lie apart in its two low bits. A leaf: where its primitives stand, in bit 2 whether they are two, and 3.
-//! Then for each octant of directions (bit per axis: the direction is negative) the node after it and all below it,
-//! 1-based, 0 at the end: nearer children come first. (Multiple threaded hierarchies: Hachisuka, "Implementing a
-//! Photorealistic Rendering System using GLSL", 2015.)
+//! A node has nine words. The first word of an inner node is the index of its left child (1-based; the right one
+//! follows), with the axis along which the children are separated in the two low bits. The first word of a leaf is the
+//! index of its primitives, whether there are two (bit 2), and 3 in the low bits. Eight words follow, one per octant of
+//! ray directions (a bit per axis for negative directions): the next node after this subtree, 1-based, 0 at the end, so
+//! that nearer children come first. (Multiple threaded hierarchies: Hachisuka, "Implementing a Photorealistic Rendering
+//! System using GLSL", 2015.)
 
 use std::ops::Range;
 use std::time::Duration;
@@ -16,33 +17,34 @@ use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 
 use crate::scene::ties::break_ties;
 
-/// Of a node.
+/// Words of a node.
 pub const WORDS: usize = 9;
-/// Where the eight nodes after it begin.
+/// The first of the eight words with successors.
 pub const NEXT: usize = 1;
-/// Primitives of a leaf. Measured in the atrium on llvmpipe: 1 and 2 are as quick, 4 takes 1.05 to 1.1 times as long.
+/// The maximum number of primitives in a leaf. In the atrium on llvmpipe, 1 and 2 take the same time, and 4 takes 1.05
+/// to 1.1 times as long.
 pub const MOST_IN_LEAF: u32 = 2;
 const LEAF: u32 = 3;
 
-pub type Node = [u32; WORDS];
+pub type LinkedNode = [u32; WORDS];
 
 /// A box: its least and its greatest corner.
 pub type Corners = [DVec3; 2];
 
-/// Range of primitives that a leaf holds; `None` for an inner node.
-pub fn primitives(node: &Node) -> Option<Range<usize>> {
+/// The range of primitives of a leaf; `None` for an inner node.
+pub fn primitives(node: &LinkedNode) -> Option<Range<usize>> {
     let first = (node[0] >> 3) as usize;
     (node[0] & 3 == LEAF).then_some(first..first + (node[0] >> 2 & 1) as usize + 1)
 }
 
-/// Where the left child of an inner node stands, the right one follows; none of a leaf.
-pub fn left_child(node: &Node) -> Option<usize> {
+/// The index of the left child of an inner node, which the right one follows; `None` for a leaf.
+pub fn left_child(node: &LinkedNode) -> Option<usize> {
     (node[0] & 3 != LEAF).then(|| (node[0] >> 2) as usize - 1)
 }
 
-/// The node as it is in a larger tree. `place`: where its children stand there; `end`: what comes after this tree,
-/// 1-based; `primitives`: where the first of all leaves' primitives stand.
-pub fn moved(node: &Node, place: impl Fn(usize) -> usize, end: u32, primitives: usize) -> Node {
+/// The node within a larger tree. `place` maps its children to their indices there, `end` is the successor of this tree
+/// (1-based), and `primitives` is the index of this tree's first primitive.
+pub fn moved(node: &LinkedNode, place: impl Fn(usize) -> usize, end: u32, primitives: usize) -> LinkedNode {
     let first = match left_child(node) {
         Some(child) => (place(child) as u32 + 1) << 2 | node[0] & 3,
         None => node[0] + ((primitives as u32) << 3),
@@ -51,21 +53,21 @@ pub fn moved(node: &Node, place: impl Fn(usize) -> usize, end: u32, primitives: 
     std::array::from_fn(|word| if word < NEXT { first } else { next(node[word]) })
 }
 
-/// A binary tree over boxes. It does not depend on where these are, nor on their common size.
+/// A binary tree over boxes. It does not depend on their position or common scale.
 #[derive(Clone, Debug, Default)]
 pub struct Links {
-    /// Level by level from the root on, children side by side.
-    pub nodes: Vec<Node>,
+    /// The nodes, level by level from the root, with siblings adjacent.
+    pub nodes: Vec<LinkedNode>,
     pub levels: Vec<Range<usize>>,
     /// The boxes in the order of the leaves.
     pub primitives: Vec<u32>,
 }
 
 impl Links {
-    /// `most`: boxes in a leaf, up to [`MOST_IN_LEAF`].
+    /// `most` is the maximum number of boxes in a leaf, up to [`MOST_IN_LEAF`].
     pub fn over(boxes: &[Corners], most: u32) -> Self {
         let Some([min, max]) = boxes.iter().copied().reduce(union) else { return Self::default() };
-        // obvhs ignores boxes smaller than 10⁻⁴: all are scaled to a size where none is that matters.
+        // obvhs ignores boxes smaller than 10⁻⁴, so all boxes are scaled up.
         let span = (max - min).max_element();
         let scale = if span > 0.0 { 1024.0 / span } else { 1.0 };
         let scaled = |p: DVec3| ((p - min) * scale).as_vec3().into();
@@ -73,10 +75,10 @@ impl Links {
         break_ties(&mut boxes);
         let params =
             BvhBuildParams { max_prims_per_leaf: most, reinsertion_batch_ratio: 0.2, ..BvhBuildParams::medium_build() };
-        Self::of(&build_bvh2(&boxes, params, &mut Duration::default()))
+        Self::of_tree(&build_bvh2(&boxes, params, &mut Duration::default()))
     }
 
-    fn of(tree: &Bvh2) -> Self {
+    fn of_tree(tree: &Bvh2) -> Self {
         let mut links = Self { nodes: vec![[0; WORDS]], ..Self::default() };
         let mut level = vec![0];
         while !level.is_empty() {
@@ -91,7 +93,7 @@ impl Links {
         links
     }
 
-    /// Makes node `at` from the tree's node `from`; its children stand last, and in `below`.
+    /// Writes node `at` from the tree's node `from`. Its children are appended, and added to `below`.
     fn add(&mut self, tree: &Bvh2, from: usize, at: usize, below: &mut Vec<usize>) {
         let node = &tree.nodes[from];
         let first = node.first_index as usize;
@@ -121,7 +123,7 @@ pub fn union(a: Corners, b: Corners) -> Corners {
     [a[0].min(b[0]), a[1].max(b[1])]
 }
 
-/// About points; its corners are infinite where there are none.
+/// The bounds of points; infinite without points.
 pub fn bounds(points: impl IntoIterator<Item = DVec3>) -> Corners {
     points.into_iter().map(|p| [p, p]).fold([DVec3::INFINITY, DVec3::NEG_INFINITY], union)
 }

@@ -1,6 +1,6 @@
-//! Rays as the device's own queries: an acceleration structure over the recorded triangles takes the place of the tree.
-//! It is built anew with every record, wherever the triangles have moved. Reads: triangles, slots, tree links (here the
-//! sources). Writes: query corners, the structure. Held by `tests/device/rays_oracle.rs`.
+//! Rays by the device's ray queries: an acceleration structure over the recorded triangles replaces the tree. It is
+//! rebuilt with every record. Reads: triangles, slots, tree links (here the sources). Writes: query corners, the
+//! structure. `tests/device/rays_oracle.rs` checks it.
 
 use std::sync::Arc;
 
@@ -10,17 +10,17 @@ use super::super::{layout, over_threads};
 use crate::scene::Scene;
 use crate::settings::{Settings, Tracer};
 use crate::vk::{
-    Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Context, Corners, Recorder, Structure, StructureDesc,
-    StructureSize,
+    Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Context, Recorder, Structure, StructureDesc,
+    StructureSize, TriangleCorners,
 };
 use crate::{Error, Result};
 
 /// Threads of a workgroup.
 const GROUP: u32 = 64;
-/// The shader counts on it.
+/// The shader relies on this size.
 const _: () = assert!(size_of::<layout::Triangle>() == 4 * size_of::<[f32; 3]>());
 
-/// The acceleration structure of a scene, before anything is made.
+/// The plan of a scene's acceleration structure, before it is created.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct QueryPlan {
     desc: StructureDesc,
@@ -28,11 +28,11 @@ pub struct QueryPlan {
 }
 
 impl QueryPlan {
-    /// Of a scene on a device; none where rays go through the tree.
+    /// The plan for a scene on a device; `None` if rays are traced through the tree.
     ///
     /// # Errors
-    /// The settings ask for queries, and the device has none.
-    pub fn of(context: &Context, scene: &Scene, settings: &Settings) -> Result<Option<Self>> {
+    /// The settings request queries, and the device has none.
+    pub fn of_scene(context: &Context, scene: &Scene, settings: &Settings) -> Result<Option<Self>> {
         let (tracer, there) = (settings.of.rays.tracer, context.has_ray_queries());
         if tracer == Tracer::Query && !there {
             return Err(Error::Device(format!(
@@ -74,14 +74,14 @@ fn of_scene(scene: &Scene) -> StructureDesc {
     desc
 }
 
-/// The structure and what it is made of.
+/// The structure and its inputs.
 pub struct Queries {
     structure: Structure,
     corners: Buffer,
     namer: Compute,
 }
 
-/// How many triangles of `draws` are opaque, then the sources of those and of the others.
+/// The number of opaque triangles of `draws`, then the sources of opaque triangles, and those of the others.
 pub fn links(draws: &[SceneDraw]) -> Vec<u32> {
     let sources = |translucent: bool| {
         let of = move |draw: &&SceneDraw| draw.translucent == translucent;
@@ -93,7 +93,7 @@ pub fn links(draws: &[SceneDraw]) -> Vec<u32> {
 }
 
 impl Queries {
-    /// `links`: of [`links`].
+    /// `links` is a result of [`links`].
     pub fn new(context: &Arc<Context>, constants: &[Constant], scene: &Scene, links: &[u32]) -> Result<Self> {
         let triangles = links.len() as u32 - 1;
         let desc = StructureDesc { opaque: links[0], translucent: triangles - links[0], ..of_scene(scene) };
@@ -105,17 +105,17 @@ impl Queries {
         })
     }
 
-    /// Builds the structure. `triangles`: the recorded ones; `binds`: what tells where they stand.
+    /// Builds the structure over the recorded `triangles`. `binds` hold the data that locates them.
     pub fn record(&self, r: &mut Recorder, triangles: &Buffer, binds: &[Bind]) {
         let StructureDesc { opaque, translucent, .. } = *self.structure.desc();
-        r.full_barrier(); // the triangles were recorded, and the frame before went through the structure
+        r.full_barrier(); // the triangles were recorded, and the previous frame traversed the structure
         if opaque + translucent > 0 {
             let mut binds = binds.to_vec();
             binds.push(Bind::buffer("query_corners", &self.corners));
             r.dispatch(&self.namer, &binds, &(opaque + translucent), over_threads(opaque + translucent, GROUP));
-            r.full_barrier(); // it is built of the corners
+            r.full_barrier(); // the corners are written
         }
-        r.build(&self.structure, &Corners { indices: &self.corners, positions: triangles });
+        r.build(&self.structure, &TriangleCorners { indices: &self.corners, positions: triangles });
     }
 
     pub fn bind(&self) -> Bind<'_> {

@@ -1,8 +1,8 @@
-//! OpenEXR files: linear float32, channels `R G B` for the image, `A` for its coverage, `direct.R` … for further
-//! layers; text in the header.
+//! OpenEXR files in linear float32: channels `R G B` for the image, `A` for its coverage, `direct.R` … for further
+//! layers; metadata in the header.
 //!
-//! Of other programs' files: the first part with colours, luminance and chroma (`subsampled`), primaries that a header
-//! states.
+//! Files of other programs may have several parts, luminance and chroma (`subsampled`), and other primaries. The first
+//! part with colours is used.
 
 mod subsampled;
 
@@ -38,7 +38,7 @@ impl Layers {
         crate::output::file::write(path, &bytes)
     }
 
-    /// Reads R G B, all layers of [`Aov`] in the file, and the text in its header.
+    /// Reads R G B, all layers of [`Aov`] in the file, and the metadata in its header.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn read_exr(path: &Path) -> Result<(Self, Metadata)> {
         let length = read::about(path, "an OpenEXR image")?.len();
@@ -46,19 +46,19 @@ impl Layers {
         let file = File::open(path).map_err(|e| read::unreadable(path, &e))?;
         let mut file = BufReader::new(file);
         let headers = headers(&mut file).map_err(|problem| Error::file(path, problem))?;
-        // Of one channel. Every part may state what no machine counts.
+        // Pixels of one channel. A part may state more than any machine can hold.
         let pixels = headers.iter().map(|h| (h.layer_size.width() as u64).saturating_mul(h.layer_size.height() as u64));
         let pixels = pixels.fold(0, u64::saturating_add);
         let channels = headers.iter().map(|header| header.channels.list.len() as u64).max().unwrap_or(0);
         let values = pixels.saturating_mul(channels);
-        // As read, and as layers.
+        // Values exist twice: as read, and as layers.
         check_memory(values.saturating_mul(8))?;
         read::check_length(path, values <= length.saturating_mul(VALUES_MAX))?;
         decode_from(file, &headers).map_err(|problem| Error::file(path, problem))
     }
 }
 
-/// Values of a channel that a byte holds at most: deflate makes 1032 bytes of one, and a value has two.
+/// The maximum number of values per byte of a file: deflate can produce 1032 bytes from one, and a value has two.
 const VALUES_MAX: u64 = 1032 / 2;
 
 fn unreadable(e: &exr::error::Error) -> String {
@@ -95,8 +95,8 @@ fn channel_name(aov: Aov, letter: &str) -> String {
     if matches!(aov, Aov::Beauty | Aov::Alpha) { letter.to_owned() } else { format!("{aov}.{letter}") }
 }
 
-/// Sorts the header's attributes by name: the exr crate keeps them in a hash map with random order. The header's length
-/// does not change, so the offsets after it stay valid.
+/// Sorts the header's attributes by name, because the exr crate stores them in a hash map with random order. The
+/// header's length does not change, so later offsets stay valid.
 ///
 /// Layout: 8 bytes of magic and version, then `name\0 type\0 size:i32 value[size]` each, then `\0`.
 fn sort_attributes(bytes: &mut [u8]) {
@@ -115,14 +115,14 @@ fn sort_attributes(bytes: &mut [u8]) {
     bytes[START..at].copy_from_slice(&attributes.concat());
 }
 
-/// The layers and header text in an OpenEXR file's bytes. The error is a sentence without its subject, the path.
+/// The layers and metadata in the bytes of an OpenEXR file. The error is a sentence without its subject, the path.
 pub fn decode(bytes: &[u8]) -> std::result::Result<(Layers, Metadata), String> {
     let mut file = Cursor::new(bytes);
     let headers = headers(&mut file)?;
     decode_from(file, &headers)
 }
 
-/// The headers of a file's parts, which are not held against each other; the file stands behind them.
+/// The headers of a file's parts, without a comparison between them. The file is then positioned after them.
 fn headers(file: &mut (impl Read + Seek)) -> std::result::Result<Headers, String> {
     let mut read = || {
         let mut buffered = PeekRead::new(&mut *file);
@@ -134,16 +134,16 @@ fn headers(file: &mut (impl Read + Seek)) -> std::result::Result<Headers, String
     read().map_err(|e| unreadable(&e))
 }
 
-/// One part of a file, and what its header says.
-struct Part {
+/// One part of a file with the information of its header.
+struct FilePart {
     size: Vec2<usize>,
-    /// By name: a sample for each pixel, unless the part stores fewer.
+    /// Channels by name with a sample for each pixel, unless the part has fewer.
     channels: Vec<(String, FlatSamples)>,
     attributes: Vec<(Text, AttributeValue)>,
     chromaticities: Chromaticities,
 }
 
-impl Part {
+impl FilePart {
     fn new(header: &Header, channels: Vec<(String, FlatSamples)>) -> Self {
         let attributes = header.shared_attributes.other.iter().chain(&header.own_attributes.other);
         let attributes = attributes.map(|(name, value)| (name.clone(), value.clone())).collect();
@@ -165,7 +165,7 @@ impl Part {
         Some(r.zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect())
     }
 
-    /// Of the luminance Y, and of its chroma if the file has any: RY is (R − Y) / Y, BY the same of blue.
+    /// Colours from the luminance Y and, if it exists, the chroma: RY is (R − Y) / Y, and BY the same for blue.
     fn luminance(&self) -> Option<Vec<[f32; 3]>> {
         let grey = self.rgb(["Y"; 3])?;
         let Some(chroma) = self.rgb(["RY", "Y", "BY"]).filter(|chroma| chroma.len() == grey.len()) else {
@@ -180,7 +180,7 @@ impl Part {
     }
 }
 
-/// Which part of a file has the image: the first one with colours, else the first one with a luminance.
+/// The index of the part with the image: the first one with colours, else the first one with a luminance.
 fn part_of_image(headers: &[Header]) -> std::result::Result<usize, String> {
     let has = |header: &Header, names: &[&str]| {
         names.iter().all(|name| header.channels.list.iter().any(|channel| channel.name.to_string() == *name))
@@ -189,7 +189,7 @@ fn part_of_image(headers: &[Header]) -> std::result::Result<usize, String> {
     first(&["R", "G", "B"]).or_else(|| first(&["Y"])).ok_or_else(|| "has no channels R, G and B, and no Y".into())
 }
 
-/// The layers of a file that stands behind its headers.
+/// The layers of a file that is positioned after its headers.
 fn decode_from(
     mut file: impl Read + Seek + Send,
     headers: &[Header],
@@ -202,7 +202,7 @@ fn decode_from(
         let reading = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().all_layers();
         let mut image = reading.all_attributes().from_buffered(file).map_err(|e| unreadable(&e))?;
         let channels = image.layer_data.swap_remove(index).channel_data.list;
-        Part::new(&headers[index], channels.into_iter().map(|c| (c.name.to_string(), c.sample_data)).collect())
+        FilePart::new(&headers[index], channels.into_iter().map(|c| (c.name.to_string(), c.sample_data)).collect())
     };
     let to_rec_709 = part.chromaticities.rec_709_from_rgb().unwrap_or(DMat3::IDENTITY);
     let mut layers = Vec::new();

@@ -1,5 +1,5 @@
-//! Images of which channels have fewer samples than pixels, as luminance and chroma are stored: the crate `exr` unpacks
-//! their blocks, and has no place for what is in them.
+//! Images with channels that have fewer samples than pixels, such as luminance and chroma. The crate `exr` unpacks
+//! their blocks, but cannot store their samples.
 
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -12,9 +12,9 @@ use exr::meta::attribute::{ChannelDescription, IntegerBounds, SampleType};
 use exr::meta::header::Header;
 use exr::prelude::{FlatSamples, f16};
 
-use super::Part;
+use super::FilePart;
 
-/// Pixels for which a sample is stored: blocks of several lines then have a whole number of samples.
+/// Supported pixels per sample: blocks of several lines then have a whole number of samples.
 const SAMPLINGS: [usize; 3] = [1, 2, 4];
 
 /// Whether a channel has fewer samples than pixels.
@@ -22,9 +22,9 @@ pub fn is_subsampled(header: &Header) -> bool {
     header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1))
 }
 
-/// Reads the part number `index` of a file that stands at its tables of offsets. Channels get a sample for each pixel,
-/// linear between those that are stored.
-pub fn read(mut file: impl Read + Seek, headers: &[Header], index: usize) -> Result<Part> {
+/// Reads part number `index` of a file that is positioned at its offset tables. Channels are interpolated linearly to a
+/// sample for each pixel.
+pub fn read(mut file: impl Read + Seek, headers: &[Header], index: usize) -> Result<FilePart> {
     let header = &headers[index];
     let (size, channels) = (header.layer_size, &header.channels.list);
     check(header)?;
@@ -54,10 +54,10 @@ pub fn read(mut file: impl Read + Seek, headers: &[Header], index: usize) -> Res
     let upsampled = |(plane, channel): (Vec<f32>, &ChannelDescription)| {
         (channel.name.to_string(), FlatSamples::F32(upsampled(&plane, channel.sampling, size)))
     };
-    Ok(Part::new(header, planes.into_iter().zip(channels).map(upsampled).collect()))
+    Ok(FilePart::new(header, planes.into_iter().zip(channels).map(upsampled).collect()))
 }
 
-/// Refuses what has no whole number of samples, and compressions that the crate takes for others' blocks.
+/// Refuses fractional numbers of samples, and compressions whose blocks the crate misreads.
 fn check(header: &Header) -> Result<()> {
     use Compression::{B44, B44A};
     if matches!(header.compression, B44 | B44A) {
@@ -82,7 +82,7 @@ fn samples(channel: &ChannelDescription, size: Vec2<usize>) -> Vec2<usize> {
     size / channel.sampling
 }
 
-/// Puts the samples of a block of these rows into the planes of their channels.
+/// Adds the samples of a block of rows to the planes of their channels.
 fn unpack(header: &Header, packed: Vec<u8>, rows: Range<usize>, planes: &mut [Vec<f32>]) -> Result<()> {
     let (size, Vec2(left, top)) = (header.layer_size, header.own_attributes.layer_position);
     let lines = || {
@@ -94,7 +94,7 @@ fn unpack(header: &Header, packed: Vec<u8>, rows: Range<usize>, planes: &mut [Ve
     };
     let bytes = |channel: &ChannelDescription| samples(channel, size).width() * channel.sample_type.bytes_per_sample();
     let length: usize = lines().map(|(_, _, channel)| bytes(channel)).sum();
-    // The crate asks how many bytes a pixel has, and takes all channels to have as many samples as there are pixels.
+    // The crate asks for the bytes of a pixel, and assumes a sample per pixel in all channels.
     let mut described = header.clone();
     described.channels.bytes_per_pixel = length / (rows.len() * size.width());
     if described.channels.bytes_per_pixel * rows.len() * size.width() != length || length == 0 {
@@ -119,7 +119,7 @@ fn unpack(header: &Header, packed: Vec<u8>, rows: Range<usize>, planes: &mut [Ve
     Ok(())
 }
 
-/// Samples stand at every so manieth pixel, the first at the first.
+/// Samples are at multiples of the sampling, starting with the first pixel.
 fn upsampled(plane: &[f32], sampling: Vec2<usize>, size: Vec2<usize>) -> Vec<f32> {
     let stored = size / sampling;
     let between = |at: usize, sampling: usize, count: usize| {

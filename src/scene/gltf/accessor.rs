@@ -23,21 +23,21 @@ pub struct Data<'a> {
     pub decoded: &'a [Option<Vec<u8>>],
     /// Content of the stream of the primitive that is read, if it is compressed.
     pub unpacked: Option<&'a Unpacked>,
-    /// Which two sets of texture coordinates meshes of each material keep.
+    /// For each material, the two sets of texture coordinates that its meshes keep.
     pub uv_sets: &'a [[u32; 2]],
-    /// The vertices that are read; all where absent.
+    /// The vertices that are read; `None` for all.
     pub picked: Option<Picked<'a>>,
 }
 
-/// Few vertices of a primitive that has many.
+/// A small subset of the vertices of a primitive.
 #[derive(Clone, Copy)]
 pub struct Picked<'a> {
     pub vertices: &'a [u32],
-    /// How many there are, all below it.
+    /// The number of vertices of the primitive; all indices are smaller.
     pub of: usize,
 }
 
-/// One component, for which f64 has room, and the value that stands for 1 if it is normalised.
+/// One component as f64, and the value that represents 1 if it is normalised.
 fn number(component: ComponentType, b: &[u8]) -> (f64, f32) {
     match component {
         ComponentType::I8 => (f64::from(b[0] as i8), 127.0),
@@ -49,14 +49,14 @@ fn number(component: ComponentType, b: &[u8]) -> (f64, f32) {
     }
 }
 
-/// `count` elements of `size` bytes each, from byte `offset` of a buffer view on.
+/// `count` elements of `size` bytes each, from byte `offset` of a buffer view.
 struct Range {
     offset: usize,
     size: usize,
     count: usize,
 }
 
-/// Elements whose bytes are known to lie in `bytes`, each `stride` bytes after the one before.
+/// Elements in `bytes`, `stride` bytes apart; all of them lie within.
 struct Elements<'a> {
     bytes: &'a [u8],
     range: Range,
@@ -83,8 +83,8 @@ pub struct Layout<'a> {
 }
 
 impl<'a> Data<'a> {
-    /// Whether a buffer view has bytes. A buffer without data belongs to an extension, and only that uses the views on
-    /// it.
+    /// Whether a buffer view has bytes. A buffer without data belongs to an extension, and only the extension uses its
+    /// views.
     pub fn has(&self, view: usize) -> bool {
         let buffer = self.document.buffer_views.get(view).and_then(|view| self.buffers.get(view.buffer.value()));
         self.decoded.get(view).is_some_and(Option::is_some) || buffer.is_some_and(Option::is_some)
@@ -139,10 +139,15 @@ impl<'a> Data<'a> {
         let stated = |key: &str| self.document.stated(&format!("/accessors/{index}/{key}"));
         let Checked::Valid(component) = accessor.component_type else {
             let code = stated("componentType");
-            return Err(format!("accessor {index} has component type {code}, which glTF does not define"));
+            return Err(format!(
+                "accessor {index} has component type {code}, which glTF does not define; export the file again"
+            ));
         };
         let Checked::Valid(kind) = accessor.type_ else {
-            return Err(format!("accessor {index} has type \"{}\", which glTF does not define", stated("type")));
+            return Err(format!(
+                "accessor {index} has type \"{}\", which glTF does not define; export the file again",
+                stated("type")
+            ));
         };
         Ok(Layout { accessor, component: component.0, width: kind.multiplicity() })
     }
@@ -167,7 +172,7 @@ impl<'a> Data<'a> {
         self.elements(&format!("accessor {index}"), view.value(), range).map(Some)
     }
 
-    /// How many elements accessor `index` has.
+    /// The number of elements of accessor `index`.
     pub fn count(&self, index: usize) -> Result<usize, Problem> {
         let layout = self.layout(index)?;
         let elements = self.base(index, &layout)?;
@@ -179,8 +184,8 @@ impl<'a> Data<'a> {
         self.base(index, &self.layout(index)?).map(drop)
     }
 
-    /// Accessor `index` as vectors of `N` components that `convert` makes, with sparse substitution. Elements without
-    /// data are zero. Only with `pad` may elements have fewer components; `pad` gives the others.
+    /// Accessor `index` as vectors of `N` components, converted by `convert`, with sparse substitution. Elements
+    /// without data are zero. Elements with fewer components are allowed only with `pad`, which completes them.
     fn vectors<const N: usize, T: Copy + Default>(
         &self,
         index: usize,
@@ -191,7 +196,7 @@ impl<'a> Data<'a> {
         let Layout { accessor, component, width } = layout;
         if width != N && (pad.is_none() || width > N) {
             let kind = self.document.stated(&format!("/accessors/{index}/type"));
-            return Err(format!("accessor {index} has type {kind}, which does not fit its use"));
+            return Err(format!("accessor {index} has type {kind}, which does not fit its use; export the file again"));
         }
         let fill = pad.unwrap_or([T::default(); N]);
         let zero = std::array::from_fn(|i| if i < width { T::default() } else { fill[i] });
@@ -220,7 +225,9 @@ impl<'a> Data<'a> {
         };
         let Some(sparse) = &accessor.sparse else { return Ok(out) };
         let Checked::Valid(key) = sparse.indices.component_type else {
-            return Err(format!("accessor {index} has sparse indices that are not unsigned integers"));
+            return Err(format!(
+                "accessor {index} has sparse indices that are not unsigned integers; export the file again"
+            ));
         };
         let what = format!("accessor {index} (sparse)");
         let part = |view: Index<View>, offset: USize64, bytes: usize| {
@@ -252,7 +259,7 @@ impl<'a> Data<'a> {
     pub fn integers<const N: usize>(&self, index: usize) -> Result<Vec<[u32; N]>, Problem> {
         self.vectors(index, None, |layout, bytes| match layout.component {
             ComponentType::U8 | ComponentType::U16 | ComponentType::U32 => Ok(number(layout.component, bytes).0 as u32),
-            _ => Err(format!("accessor {index} must hold unsigned integers")),
+            _ => Err(format!("accessor {index} must hold unsigned integers; export the file again")),
         })
     }
 }

@@ -11,10 +11,10 @@ use super::accessor::{Data, Problem, missing};
 use super::container::shorten;
 use super::deform;
 use super::document;
-use super::nodes::Tree;
+use super::nodes::NodeOrder;
 use crate::scene::{Animation, Channel, Interpolation, Property, Scene, Transform, WeightChannel};
 
-pub fn load(data: &Data, tree: &Tree, scene: &mut Scene) -> Result<(), Problem> {
+pub fn load(data: &Data, tree: &NodeOrder, scene: &mut Scene) -> Result<(), Problem> {
     let deformers = scene.deformers.iter().enumerate().map(|(index, deformer)| (deformer.node, index)).collect();
     for (number, source) in data.document.animations.iter().enumerate() {
         let mut animation = Animation { name: source.name.clone(), ..Animation::default() };
@@ -28,11 +28,11 @@ pub fn load(data: &Data, tree: &Tree, scene: &mut Scene) -> Result<(), Problem> 
     Ok(())
 }
 
-/// A channel as the file has it, and the number of its animation.
+/// A channel of the file, with the number of its animation.
 struct Loading<'a> {
     data: &'a Data<'a>,
-    tree: &'a Tree,
-    /// By their nodes.
+    tree: &'a NodeOrder,
+    /// Deformers by node.
     deformers: &'a HashMap<usize, usize>,
     number: usize,
     channel: &'a document::Channel,
@@ -59,7 +59,7 @@ impl Loading<'_> {
                 return Ok(0.0);
             }
         };
-        // Of the nodes that are not shown, or have nothing to morph, there is no deformer.
+        // Nodes that are not shown or have nothing to morph have no deformer.
         let deformer = self.deformers.get(&node).copied();
         let width = if property.is_none() { deform::targets(data, index) } else { 0 };
         if property.is_none() && (deformer.is_none() || width == 0) {

@@ -17,17 +17,17 @@ use crate::output::file::is_standard;
 /// The two parts of a file: its JSON and, in a `.glb`, the binary chunk.
 pub struct Container {
     pub json: Vec<u8>,
-    pub binary: Option<Part>,
+    pub binary: Option<Section>,
 }
 
-/// A part of a file that is read when it is known how much of it is used.
-pub struct Part {
-    /// At the part's first byte.
+/// A section of a file that is read once it is known how much of it is used.
+pub struct Section {
+    /// A reader at the section's first byte.
     file: Box<dyn Content>,
     pub bytes: u64,
 }
 
-/// A file, or what came from standard input.
+/// A file, or the content of standard input.
 trait Content: Read + Seek + Send {}
 impl<T: Read + Seek + Send> Content for T {}
 
@@ -35,7 +35,7 @@ const MAGIC: &[u8; 4] = b"glTF";
 /// Bytes of a `.glb` before its first chunk, and of a chunk before its content.
 const HEADER: usize = 12;
 const CHUNK_HEADER: u64 = 8;
-/// Chunks that are looked at: a file may have millions of empty ones.
+/// The number of chunks that are examined, because a file may have millions of empty ones.
 const CHUNKS_MAX: usize = 1000;
 
 /// Reads the JSON of the file at `path` and finds the binary chunk. Its first bytes decide the format, not its name.
@@ -50,10 +50,10 @@ pub fn read(path: &Path, need: &mut Need) -> Result<Container, Error> {
     }
     let length = length_of(path).map_err(problem)?.ok_or_else(|| problem("does not exist; check the path".into()))?;
     let file = File::open(path).map_err(failed)?;
-    parts(path, Part { file: Box::new(file), bytes: length }, need)
+    parts(path, Section { file: Box::new(file), bytes: length }, need)
 }
 
-/// Standard input, whose length is not known before its end: no more than fits into memory is read.
+/// Reads standard input, whose length is unknown before its end: at most as much as fits into memory.
 fn standard_input(path: &Path, need: &mut Need) -> Result<Container, Error> {
     let (mut bytes, room) = (Vec::new(), need.room());
     let read = std::io::stdin().lock().take(room.saturating_add(1)).read_to_end(&mut bytes);
@@ -70,24 +70,24 @@ fn standard_input(path: &Path, need: &mut Need) -> Result<Container, Error> {
     held(path, bytes, need)
 }
 
-/// A file that the program itself holds; `path` is what errors call it.
+/// A file in memory; errors call it `path`.
 pub fn held(path: &Path, bytes: Vec<u8>, need: &mut Need) -> Result<Container, Error> {
     let length = bytes.len() as u64;
     need.add(Kind::Bytes, length, 1);
-    parts(path, Part { file: Box::new(Cursor::new(bytes)), bytes: length }, need)
+    parts(path, Section { file: Box::new(Cursor::new(bytes)), bytes: length }, need)
 }
 
-fn parts(path: &Path, whole: Part, need: &mut Need) -> Result<Container, Error> {
-    let Part { mut file, bytes: length } = whole;
+fn parts(path: &Path, whole: Section, need: &mut Need) -> Result<Container, Error> {
+    let Section { mut file, bytes: length } = whole;
     let problem = |problem| Error::file(path, problem);
     let failed = |e: std::io::Error| problem(unreadable(&e));
     let mut start = Vec::new();
     (&mut file).take(HEADER as u64).read_to_end(&mut start).map_err(failed)?;
     if start.starts_with(MAGIC) {
-        return split_glb(path, &start, Part { file, bytes: length }, need);
+        return split_glb(path, &start, Section { file, bytes: length }, need);
     }
     let no_gltf = || problem("is neither glTF JSON nor a binary .glb; export the scene as glTF 2.0".into());
-    // A file of another format is not read to its end.
+    // A file of another format is not read completely.
     let first = |bytes: &[u8]| bytes.iter().find(|b| !b.is_ascii_whitespace()).copied();
     if first(&start).is_some_and(|byte| !matches!(byte, b'{' | 0xEF)) {
         return Err(no_gltf());
@@ -105,9 +105,9 @@ fn parts(path: &Path, whole: Part, need: &mut Need) -> Result<Container, Error> 
     Ok(Container { json, binary: None })
 }
 
-/// Appends the next `count` bytes up to a zero, which is in no text, and goes to the end of them: a hole on the disk
-/// has gigabytes of zeros. Some exporters fill up the end with zeros, which are left out; what stands behind one is
-/// kept for the parser to refuse.
+/// Appends the next `count` bytes up to the first zero byte, and skips the rest. No text contains zeros, but a sparse
+/// file can have gigabytes of them. Some exporters pad the text with zeros, which are dropped. Text after a zero is
+/// kept, so that the parser refuses it.
 fn text(file: &mut dyn Content, count: u64, text: &mut Vec<u8>) -> std::io::Result<()> {
     const PART: u64 = 1 << 20;
     let (mut left, mut from) = (count, text.len());
@@ -126,8 +126,8 @@ fn text(file: &mut dyn Content, count: u64, text: &mut Vec<u8>) -> std::io::Resu
     file.seek_relative(left as i64)
 }
 
-/// The bytes of a regular file; `None` where there is none. Others are refused before they are opened: a pipe may never
-/// say anything, and a device never end.
+/// The length of a regular file; `None` if there is no file. Other files are refused before they are opened, because a
+/// pipe may never deliver anything, and a device may never end.
 fn length_of(path: &Path) -> Result<Option<u64>, Problem> {
     match std::fs::metadata(path) {
         Ok(found) if found.is_file() => Ok(Some(found.len())),
@@ -141,8 +141,8 @@ fn unreadable(e: &std::io::Error) -> Problem {
     format!("cannot be read ({e}); check its permissions")
 }
 
-fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<Container, Error> {
-    let Part { mut file, bytes: on_disk } = part;
+fn split_glb(path: &Path, start: &[u8], part: Section, need: &mut Need) -> Result<Container, Error> {
+    let Section { mut file, bytes: on_disk } = part;
     let word = |at: usize| -> Option<u32> { Some(u32::from_le_bytes(start.get(at..at + 4)?.try_into().ok()?)) };
     let truncated = |what: &str| Error::file(path, format!("is truncated: {what}; copy or export the file again"));
     let failed = |e: std::io::Error| Error::file(path, unreadable(&e));
@@ -160,7 +160,7 @@ fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<C
     // Bytes from here to the end that the header states.
     let mut left = length.saturating_sub(HEADER as u64);
     let mut json: Option<Vec<u8>> = None;
-    // The specification says that unknown chunks are ignored; some exporters write them before the binary one too.
+    // The specification says that unknown chunks are ignored; some exporters write them even before the binary chunk.
     for _ in 0..CHUNKS_MAX {
         if left < CHUNK_HEADER {
             break;
@@ -181,7 +181,7 @@ fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<C
             }
             (None, _) => break,
             (Some(_), b"BIN\0") => {
-                return Ok(Container { json: json.unwrap_or_default(), binary: Some(Part { file, bytes: size }) });
+                return Ok(Container { json: json.unwrap_or_default(), binary: Some(Section { file, bytes: size }) });
             }
             _ if size > left => break,
             _ => drop(file.seek_relative(size as i64).map_err(failed)?),
@@ -192,29 +192,29 @@ fn split_glb(path: &Path, start: &[u8], part: Part, need: &mut Need) -> Result<C
     Ok(Container { json, binary: None })
 }
 
-/// The bytes of a buffer or an image. Files are opened when they are read: a scene may have more than a process may
-/// open.
-pub enum Source {
+/// The bytes of a buffer or an image. Files are opened when they are read, because a scene may have more files than a
+/// process may open.
+pub enum ByteSource {
     File {
         path: PathBuf,
-        /// For messages.
+        /// The name of the file for messages.
         name: String,
         bytes: u64,
     },
-    Chunk(Part),
-    /// In the URI itself.
+    Chunk(Section),
+    /// The bytes of a data URI.
     Inline(Vec<u8>),
 }
 
-impl Source {
+impl ByteSource {
     pub fn bytes(&self) -> u64 {
         match self {
-            Self::File { bytes, .. } | Self::Chunk(Part { bytes, .. }) => *bytes,
+            Self::File { bytes, .. } | Self::Chunk(Section { bytes, .. }) => *bytes,
             Self::Inline(bytes) => bytes.len() as u64,
         }
     }
 
-    /// The first `count` bytes, or as many as there are. `what` is for messages.
+    /// The first `count` bytes, or fewer at the end. `what` is for messages.
     pub fn read(self, what: &str, count: u64) -> Result<Vec<u8>, Problem> {
         let count = count.min(self.bytes());
         let read = |file: Box<dyn Content>| {
@@ -234,22 +234,22 @@ impl Source {
     }
 }
 
-/// The folders of which a scene may read files: its own, and one that the user named.
+/// The folders from which a scene may read files: its own, and one that the user named.
 #[derive(Clone, Copy, Debug)]
 pub struct Folders<'a> {
-    /// Relative paths begin here.
+    /// The folder of the scene, to which relative paths refer.
     pub scene: &'a Path,
     pub assets: Option<&'a Path>,
 }
 
 impl Folders<'_> {
-    /// Whether `path` lies in one of the folders, by its text alone: nothing outside of them is even looked at.
+    /// Whether `path` lies in one of the folders by its text alone, so that files outside are not even looked up.
     fn hold_text(&self, path: &Path) -> bool {
         let Some(path) = without_dots(path) else { return false };
         self.each().any(|folder| without_dots(folder).is_some_and(|folder| path.starts_with(folder)))
     }
 
-    /// Whether the file `path`, of which every link is resolved, lies in one of the folders.
+    /// Whether the file `path` lies in one of the folders after every link is resolved.
     fn hold_file(&self, path: &Path) -> bool {
         self.each().any(|folder| folder.canonicalize().is_ok_and(|folder| path.starts_with(folder)))
     }
@@ -260,7 +260,7 @@ impl Folders<'_> {
     }
 }
 
-/// An absolute path whose `.` and `..` are taken out by text; `None` where that is not possible.
+/// An absolute path without `.` and `..`, resolved by text; `None` if that is impossible.
 fn without_dots(path: &Path) -> Option<PathBuf> {
     let mut whole = PathBuf::new();
     for part in std::path::absolute(path).ok()?.components() {
@@ -284,9 +284,8 @@ pub fn inline(uri: &str) -> Option<&str> {
     scheme.eq_ignore_ascii_case("data").then_some(rest)
 }
 
-/// Finds what `uri` names: bytes in the URI itself, or a file of one of the folders. `what` ("buffer 3") is for
-/// messages.
-pub fn find(folders: Folders, what: &str, uri: &str) -> Result<Source, Problem> {
+/// Resolves `uri` to its own bytes or to a file of one of the folders. `what` ("buffer 3") is for messages.
+pub fn find(folders: Folders, what: &str, uri: &str) -> Result<ByteSource, Problem> {
     let refuse = |problem: &str| Err(format!("{what}: {problem}"));
     if let Some(data) = inline(uri) {
         let Some((head, body)) = data.split_once(',') else {
@@ -296,14 +295,14 @@ pub fn find(folders: Folders, what: &str, uri: &str) -> Result<Source, Problem> 
         let base64 = head.contains(';') && encoding.eq_ignore_ascii_case("base64");
         let bytes = if base64 { decode_base64(body) } else { Some(percent_decode_str(body).collect()) };
         return match bytes {
-            Some(bytes) => Ok(Source::Inline(bytes)),
+            Some(bytes) => Ok(ByteSource::Inline(bytes)),
             None => refuse("its data URI is not valid base64; export the file again"),
         };
     }
-    // An absolute path on this machine. Validators warn of it; exporters write it.
+    // The URI is an absolute path on this machine. Validators warn of it, but exporters write it.
     let local = uri.strip_prefix("file://").map(|rest| rest.strip_prefix("localhost").unwrap_or(rest));
     let local = local.filter(|path| path.starts_with('/'));
-    // This also refuses Windows drive letters, which are no relative paths either.
+    // This also refuses Windows drive letters, which are not relative paths.
     let scheme =
         uri.split_once(':').is_some_and(|(s, _)| s.bytes().all(|b| b.is_ascii_alphanumeric() || b"+-.".contains(&b)));
     if local.is_none() && (scheme || uri.starts_with('/') || uri.starts_with('\\')) {
@@ -322,7 +321,7 @@ pub fn find(folders: Folders, what: &str, uri: &str) -> Result<Source, Problem> 
     if !folders.hold_text(&raw) || !folders.hold_text(&decoded) {
         return refuse(&format!("\"{name}\" lies {OUTSIDE}"));
     }
-    // Some exporters do not percent-encode: if only a file with the raw name exists, that file is meant.
+    // Some exporters do not percent-encode. If only a file with the raw name exists, it is used.
     let path = if raw.exists() && !decoded.exists() { raw } else { decoded };
     // The file is opened by the path that was checked.
     let path = path.canonicalize().unwrap_or(path);
@@ -330,17 +329,17 @@ pub fn find(folders: Folders, what: &str, uri: &str) -> Result<Source, Problem> 
         return refuse(&format!("\"{name}\" is a link that leads {OUTSIDE}"));
     }
     match length_of(&path) {
-        Ok(Some(bytes)) => Ok(Source::File { path, name, bytes }),
+        Ok(Some(bytes)) => Ok(ByteSource::File { path, name, bytes }),
         Ok(None) if name.starts_with('/') => refuse(&format!("\"{name}\" does not exist; put it there")),
         Ok(None) => refuse(&format!("\"{name}\" does not exist in the folder of the scene; put it there")),
         Err(problem) => refuse(&format!("\"{name}\" {problem}")),
     }
 }
 
-/// Names that messages list: who has more knows where to look.
+/// The number of names that a message lists.
 const NAMES_MAX: usize = 20;
 
-/// Names with their numbers for messages that say what there is.
+/// Names with their numbers for messages that list the alternatives.
 pub fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let mut list: Vec<String> =
         names.take(NAMES_MAX + 1).enumerate().map(|(i, name)| format!("{i} \"{}\"", shorten(name))).collect();

@@ -1,5 +1,5 @@
-//! Skins and morph targets of primitives. What no animation changes is applied once: weights of morph targets, where
-//! none sets them. The others become a [`Deform`] of the mesh.
+//! Skins and morph targets of primitives. Weights of morph targets that no animation sets are applied once; everything
+//! else becomes a [`Deform`] of the mesh.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -10,22 +10,22 @@ use gltf::json::{Accessor, Index};
 
 use super::accessor::{Data, Problem, missing};
 use super::document::Document;
-use super::mesh::Source;
-use super::nodes::Tree;
+use super::mesh::SourcePrimitive;
+use super::nodes::NodeOrder;
 use crate::scene::Mesh;
-use crate::scene::deform::{Deform, DeformPose, Joint, Target};
+use crate::scene::deform::{Deform, DeformPose, Joint, TargetDeltas};
 
 /// The deformation that a node applies to its mesh.
 #[derive(Default)]
 pub struct Applied<'a> {
-    /// One per morph target; missing ones are 0.
+    /// Weights of the morph targets; missing ones are 0.
     pub weights: &'a [f32],
     /// The scene's deformer that poses the mesh from frame to frame, if any.
     pub deformer: Option<Applying>,
 }
 
 pub struct Applying {
-    /// Into the scene's deformers.
+    /// Index into the scene's deformers.
     pub index: usize,
     /// Joints of the skin, without the one that stands for the node itself; `None` without a skin.
     pub joints: Option<u32>,
@@ -34,20 +34,20 @@ pub struct Applying {
     pub rest: DeformPose,
 }
 
-/// The nodes of whose morph targets an animation sets the weights.
+/// The nodes for which an animation sets weights of morph targets.
 pub fn morphed(document: &Document) -> HashSet<usize> {
     let channels = document.animations.iter().flat_map(|animation| &animation.channels);
     channels.filter(|channel| channel.target.path == "weights").filter_map(|channel| channel.target.node).collect()
 }
 
-/// Morph targets of a node's mesh.
+/// The number of morph targets of a node's mesh.
 pub fn targets(data: &Data, node: usize) -> usize {
     let mesh = data.document.nodes.get(node).and_then(|node| data.document.meshes.get(node.mesh?));
     let primitives = mesh.into_iter().flat_map(|mesh| &mesh.primitives);
     primitives.map(|primitive| primitive.targets.as_ref().map_or(0, Vec::len)).max().unwrap_or(0)
 }
 
-/// The weights of a node's morph targets where no animation sets them.
+/// The weights of a node's morph targets without an animation.
 pub fn weights<'a>(data: &Data<'a>, node: usize) -> Result<&'a [f32], Problem> {
     let of = &data.document.nodes[node];
     let mesh = of.mesh.and_then(|mesh| data.document.meshes.get(mesh));
@@ -59,8 +59,8 @@ pub fn weights<'a>(data: &Data<'a>, node: usize) -> Result<&'a [f32], Problem> {
     }
 }
 
-/// The joints of node `index`'s skin, and behind them the node itself; none without a skin.
-pub fn joints(data: &Data, tree: &Tree, index: usize) -> Result<Vec<Joint>, Problem> {
+/// The joints of the skin of node `index`, followed by the node itself; empty without a skin.
+pub fn joints(data: &Data, tree: &NodeOrder, index: usize) -> Result<Vec<Joint>, Problem> {
     let Some(skin_index) = data.document.nodes[index].skin else { return Ok(Vec::new()) };
     let skin = data.document.skins.get(skin_index).ok_or_else(|| missing("skin", skin_index))?;
     let bind = match skin.inverse_bind_matrices {
@@ -87,8 +87,8 @@ pub fn joints(data: &Data, tree: &Tree, index: usize) -> Result<Vec<Joint>, Prob
     Ok(joints)
 }
 
-/// Morphs `mesh`, or notes what will move its vertices.
-pub fn apply(source: &Source, applied: &Applied, mesh: &mut Mesh) -> Result<(), Problem> {
+/// Morphs `mesh`, or records the deformation of its vertices.
+pub fn apply(source: &SourcePrimitive, applied: &Applied, mesh: &mut Mesh) -> Result<(), Problem> {
     let targets = source.primitive.targets.as_deref().unwrap_or_default();
     let morphs = applied.deformer.as_ref().is_some_and(|deformer| deformer.morphs);
     let mut deform = Deform { flat: mesh.normals.is_empty(), ..Deform::default() };
@@ -112,20 +112,20 @@ pub fn apply(source: &Source, applied: &Applied, mesh: &mut Mesh) -> Result<(), 
     Ok(())
 }
 
-/// A morph target's differences of what the mesh has.
-fn read(source: &Source, target: &MorphTarget, mesh: &Mesh) -> Result<Target, Problem> {
+/// The differences of a morph target for the attributes that the mesh has.
+fn read(source: &SourcePrimitive, target: &MorphTarget, mesh: &Mesh) -> Result<TargetDeltas, Problem> {
     let read = |name, accessor: &Option<Index<Accessor>>, is_used: bool| match accessor {
         Some(accessor) if is_used => offsets(source, name, accessor),
         _ => Ok(Vec::new()),
     };
-    Ok(Target {
+    Ok(TargetDeltas {
         positions: read("POSITION", &target.positions, true)?,
         normals: read("NORMAL", &target.normals, !mesh.normals.is_empty())?,
         tangents: read("TANGENT", &target.tangents, !mesh.tangents.is_empty())?,
     })
 }
 
-fn offsets(source: &Source, name: &str, accessor: &Index<Accessor>) -> Result<Vec<Vec3>, Problem> {
+fn offsets(source: &SourcePrimitive, name: &str, accessor: &Index<Accessor>) -> Result<Vec<Vec3>, Problem> {
     let (what, offsets) = (&source.what, source.data.floats::<3>(accessor.value(), None)?);
     if source.count != offsets.len() {
         let (want, have) = (source.count, offsets.len());
@@ -142,9 +142,9 @@ fn offsets(source: &Source, name: &str, accessor: &Index<Accessor>) -> Result<Ve
     }
 }
 
-/// Influences of all sets, as many for each vertex as the one with the most has. `own`: the joint that stands for the
+/// Influences of all sets. Each vertex gets as many as the vertex with the most. `own` is the joint that represents the
 /// node itself.
-fn skin(source: &Source, own: u32, deform: &mut Deform) -> Result<(), Problem> {
+fn skin(source: &SourcePrimitive, own: u32, deform: &mut Deform) -> Result<(), Problem> {
     let (data, what) = (source.data, &source.what);
     let mut of_vertices: Vec<Vec<(u32, f32)>> = vec![Vec::new(); source.count];
     for set in 0.. {

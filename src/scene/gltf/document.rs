@@ -47,7 +47,7 @@ pub struct Document {
     pub warnings: Mutex<Vec<String>>,
 }
 
-/// Distinct warnings that are kept: a file with more has one cause for most of them.
+/// The number of distinct warnings that are kept, because a file with more has one cause for most of them.
 const WARNINGS_MAX: usize = 50;
 
 impl Document {
@@ -72,7 +72,8 @@ impl Document {
         warnings.push(if full { "further warnings were left out".into() } else { sentence });
     }
 
-    /// The value at a JSON pointer, for messages: for an unknown value the crate's types only say that it is invalid.
+    /// The text of the value at a JSON pointer, for messages: for an unknown value the crate's types only say that it
+    /// is invalid.
     pub fn stated(&self, pointer: &str) -> String {
         let tree = self.tree.get_or_init(|| serde_json::from_slice(&self.source).unwrap_or_default());
         match tree.pointer(pointer) {
@@ -83,8 +84,8 @@ impl Document {
     }
 }
 
-/// Rewrites JSON with whole numbers written as such: `1.0` and `1e2` as `1` and `100`. To JSON they are the same
-/// numbers, and some exporters write indices so, but the types of indices take integers alone.
+/// Rewrites JSON so that whole numbers have no fraction or exponent: `1.0` and `1e2` become `1` and `100`. These
+/// numbers are equal in JSON and some exporters write indices this way, but the types of indices accept only integers.
 fn plain_integers(json: &[u8]) -> Vec<u8> {
     let mut out = Vec::with_capacity(json.len());
     let mut rest = json;
@@ -120,7 +121,7 @@ pub struct Asset {
     pub min_version: Option<String>,
 }
 
-/// Scenes of a file at most: one takes two bytes of text and twenty times that in memory.
+/// The maximum number of scenes in a file: one takes two bytes of text and twenty times that in memory.
 const SCENES_MAX: usize = 1 << 16;
 
 /// A list that is refused as soon as it is longer than [`SCENES_MAX`].
@@ -190,7 +191,7 @@ pub struct Target {
     pub path: String,
 }
 
-/// Extensions that name an image in another format, which stands before the texture's plain one.
+/// Extensions that name an image in another format, which takes precedence over the texture's plain image.
 const IMAGE_EXTENSIONS: [&str; 2] = ["KHR_texture_basisu", "EXT_texture_webp"];
 
 /// The image of a texture. The crate marks a missing image by the index `u32::MAX`.

@@ -1,7 +1,7 @@
 //! KHR_draco_mesh_compression: primitives whose vertices and triangles are one Draco stream.
 //!
-//! The crate `draco-core` decodes it: Rust without unsafe code, with limits on what a stream may become. These are set
-//! to what the glTF accessors state, which [`super::need`] has counted before.
+//! The crate `draco-core` decodes the streams. It is Rust without unsafe code and limits the size of its results. The
+//! limits are the sizes that the glTF accessors state and [`super::need`] has counted before.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ use super::document::{Document, size};
 
 pub const NAME: &str = "KHR_draco_mesh_compression";
 
-/// Bytes of a vertex in a stream beside those of the attributes that glTF names.
+/// Bytes per vertex of a stream in addition to the attributes that glTF names.
 const OTHER_BYTES: u64 = 64;
 
 /// The extension's object at a primitive.
@@ -25,13 +25,13 @@ const OTHER_BYTES: u64 = 64;
 #[serde(rename_all = "camelCase")]
 struct Compressed {
     buffer_view: usize,
-    /// Attributes of the stream, by the names of the primitive's.
+    /// Numbers of the stream's attributes, by the names of the primitive's attributes.
     attributes: BTreeMap<String, u32>,
 }
 
 /// Content of a stream.
 pub struct Unpacked {
-    /// By the number of the accessor that describes them: elements of its type, one after the other.
+    /// For each accessor, by its number, the elements of its type one after another.
     pub accessors: BTreeMap<usize, Vec<u8>>,
     /// Three vertices per triangle.
     pub corners: Vec<u32>,
@@ -50,7 +50,7 @@ fn accessors(primitive: &Primitive) -> impl Iterator<Item = (String, usize)> {
     })
 }
 
-/// The most bytes that the attributes of a stream may have, as the accessors of its primitive state.
+/// The maximum number of bytes of a stream's attributes, as stated by the accessors of its primitive.
 pub fn bytes(document: &Document, primitive: &Primitive) -> u64 {
     let of = |accessor: usize| document.accessors.get(accessor);
     let element = |accessor: &gltf::json::Accessor| match (&accessor.component_type, &accessor.type_) {
@@ -110,7 +110,8 @@ pub fn unpack(data: &Data, primitive: &Primitive, what: &str) -> Result<Option<U
     Ok(Some(Unpacked { accessors: unpacked, corners }))
 }
 
-/// The values of all vertices as components of another type, which holds them if the file is as the extension demands.
+/// The values of all vertices, converted to another component type, which can hold them if the file follows the
+/// extension.
 fn values(attribute: &PointAttribute, vertices: usize, component: ComponentType) -> Option<Vec<u8>> {
     let (kind, stride) = (attribute.data_type(), usize::try_from(attribute.byte_stride()).ok()?);
     let (width, bytes) = (usize::from(attribute.num_components()), attribute.buffer().data());

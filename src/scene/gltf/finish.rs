@@ -1,5 +1,5 @@
 //! The extensions of materials for which the `gltf` crate has no types: clearcoat, sheen, anisotropy, iridescence,
-//! diffuse transmission, dispersion. What changes nothing is dropped with its textures.
+//! diffuse transmission, dispersion. Parts without effect are dropped with their textures.
 
 use glam::Vec3;
 use gltf::json::material::NormalTexture;
@@ -14,7 +14,7 @@ use crate::scene::finish::{Anisotropy, Clearcoat, DiffuseTransmission, Finish, I
 
 /// The object of an extension at a material.
 pub(super) struct Object<'a> {
-    /// Of the material, for messages.
+    /// The name of the material, for messages.
     what: &'a str,
     name: &'static str,
     fields: &'a Map<String, Value>,
@@ -25,7 +25,7 @@ impl Object<'_> {
         format!("{} has a {} that is not valid ({why}); correct it", self.what, self.name)
     }
 
-    /// A field, or `absent` without it.
+    /// The value of a field, or `absent` without the field.
     pub(super) fn get<T: DeserializeOwned>(&self, field: &str, absent: T) -> Result<T, Problem> {
         let Some(value) = self.fields.get(field) else { return Ok(absent) };
         T::deserialize(value).map_err(|e| self.wrong(&shorten(&e.to_string())))
@@ -37,7 +37,7 @@ impl Object<'_> {
 }
 
 impl Loader<'_> {
-    /// `None` if none of them changes anything.
+    /// Reads all of them; `None` if none has an effect.
     pub(super) fn finish(&mut self, extensions: &Map<String, Value>) -> Result<Option<Box<Finish>>, Problem> {
         let finish = Finish {
             clearcoat: self.extension(extensions, "KHR_materials_clearcoat", Self::clearcoat)?,
@@ -50,7 +50,7 @@ impl Loader<'_> {
         Ok((finish != Finish::default()).then(|| Box::new(finish)))
     }
 
-    /// Reads one of the material's extensions; the default without it.
+    /// Reads one of the material's extensions, or returns its default.
     pub(super) fn extension<T: Default>(
         &mut self,
         all: &Map<String, Value>,

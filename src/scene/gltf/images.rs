@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::LoadOptions;
 use super::accessor::{Data, Problem, missing};
-use super::container::{Folders, Source, find, inline, shorten};
+use super::container::{ByteSource, Folders, find, inline, shorten};
 use super::document::{Document, image_of};
 use super::hash_part;
 use super::ktx2;
@@ -20,26 +20,26 @@ use super::webp;
 use crate::error::said;
 use crate::memory::apart;
 use crate::scene::texture::{ColorSpace, MipChain};
-use crate::scene::{Image, Material, Mip, Scene, Texture, TextureRef, Wrap};
+use crate::scene::{Material, Mip, Scene, Texture, TextureImage, TextureRef, Wrap};
 
-/// Limits of an image: its longest side in texels, and what a decoder may take, 8 bytes for every texel and what else a
-/// file holds: profiles of colours have some megabytes at most.
+/// Limits of an image: its longest side in texels, and the memory of a decoder: 8 bytes for every texel and some
+/// megabytes for the rest of a file, such as colour profiles.
 const SIDE_MAX: u32 = 16384;
 const BYTES_MAX: u64 = TEXEL_MAX * (SIDE_MAX as u64) * (SIDE_MAX as u64);
 const TEXEL_MAX: u64 = 8;
 const OTHER_MAX: u64 = 16 << 20;
-/// Texels that a byte of a file holds at most: PNG has 8 in a byte, of which deflate makes 1032 of one; JPEG has 64 in
-/// a block, for which every component has a bit in some scan.
+/// The maximum number of texels per byte of a file. PNG has 8 in a byte, of which deflate can produce 1032 from one
+/// byte. JPEG has 64 in a block, which takes at least one bit per component and scan.
 const PNG_TEXELS: u64 = 8 * 1032;
 const JPEG_TEXELS: u64 = 64 * 8;
-/// The size of an image that a decoder refuses by itself, for its size or for what is beside the texels.
+/// The size reported for an image that a decoder refuses by itself, because of its size or its other content.
 const REFUSED: (u32, u32) = (u32::MAX, u32::MAX);
 
 /// How a material reads an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Reading {
     Plain,
-    /// Its alpha, times a factor of these bits, is a glossiness: its green becomes the roughness, one minus that.
+    /// Alpha times a factor with these bits is a glossiness. One minus it becomes the roughness, in the green channel.
     Glossiness(u32),
 }
 
@@ -53,23 +53,23 @@ impl Reading {
     }
 }
 
-/// Textures and images in the order of their first use. The maps go from indices of the document to indices of the
-/// scene; an image that is read in two ways is two images.
+/// Textures and images in the order of their first use. The maps lead from indices of the document to indices of the
+/// scene. An image that is read in two ways becomes two images.
 #[derive(Default)]
 pub struct Used {
     textures: HashMap<(usize, Reading), usize>,
     image_indices: HashMap<(usize, Reading), usize>,
-    /// Indices of the document.
+    /// Indices of the document and how each image is read.
     images: Vec<(usize, Reading)>,
     made: Vec<Texture>,
-    /// Whether to refuse what would be left out.
+    /// Whether a texture or extension that would be left out is an error.
     strict: bool,
-    /// Texels a side.
+    /// The maximum side in texels.
     most: Option<u32>,
 }
 
 impl Used {
-    /// `most`: larger images are halved until they have so many texels a side.
+    /// Images larger than `most` texels a side are halved until they fit.
     pub fn new(strict: bool, most: Option<u32>) -> Self {
         Self { strict, most, ..Self::default() }
     }
@@ -104,7 +104,7 @@ impl Used {
     }
 }
 
-/// Absent and unknown values mean repeat and trilinear.
+/// The texture of a sampler. Absent and unknown values mean repeat and trilinear.
 fn texture(image: usize, sampler: &Sampler) -> Texture {
     let wrap = |mode: Checked<WrappingMode>| match mode {
         Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
@@ -124,17 +124,17 @@ fn texture(image: usize, sampler: &Sampler) -> Texture {
     Texture { image, wrap, mag_linear, min_linear, mip }
 }
 
-/// The used images, read and not yet decoded.
+/// The used images, which are read and not yet decoded.
 pub struct Images<'a> {
     textures: Vec<Texture>,
-    /// Those that cannot be read with the reason.
+    /// Opened images, or the reason why one cannot be read.
     opened: Vec<Result<Opened<'a>, Problem>>,
     readings: Vec<Reading>,
     strict: bool,
     most: Option<u32>,
 }
 
-/// An image in the bytes of its format, and its size in texels.
+/// An image as encoded bytes, with its size in texels.
 struct Opened<'a> {
     /// "image 3 ("wood.png")", for messages.
     what: String,
@@ -145,15 +145,15 @@ struct Opened<'a> {
 
 /// Reads all used images as far as their headers; `need` gets the bytes of their files.
 pub fn open<'a>(data: &Data<'a>, folders: Folders, used: Used, need: &mut Need) -> Result<Images<'a>, Problem> {
-    let found: Vec<_> = used.images.iter().map(|&(index, _)| Found::new(data, folders, index)).collect();
+    let found: Vec<_> = used.images.iter().map(|&(index, _)| LocatedImage::new(data, folders, index)).collect();
     for found in found.iter().flatten() {
-        // A view's bytes are those of a buffer.
+        // A buffer view refers to the bytes of a buffer.
         if let Encoded::Uri(source) = &found.source {
             need.add(Kind::Bytes, source.bytes(), 1);
         }
     }
     need.check()?;
-    let opened: Vec<_> = found.into_par_iter().map(|found| found.and_then(Found::open)).collect();
+    let opened: Vec<_> = found.into_par_iter().map(|found| found.and_then(LocatedImage::open)).collect();
     match opened.iter().find_map(|opened| opened.as_ref().err()).filter(|_| used.strict) {
         Some(problem) => Err(problem.clone()),
         None => {
@@ -163,8 +163,8 @@ pub fn open<'a>(data: &Data<'a>, folders: Folders, used: Used, need: &mut Need) 
     }
 }
 
-/// An image whose place is known.
-struct Found<'a> {
+/// An image whose bytes were located.
+struct LocatedImage<'a> {
     what: String,
     name: String,
     source: Encoded<'a>,
@@ -172,10 +172,10 @@ struct Found<'a> {
 
 enum Encoded<'a> {
     View(&'a [u8]),
-    Uri(Source),
+    Uri(ByteSource),
 }
 
-impl<'a> Found<'a> {
+impl<'a> LocatedImage<'a> {
     fn new(data: &Data<'a>, folders: Folders, index: usize) -> Result<Self, Problem> {
         let source = &data.document.images[index];
         let mut name = source.name.clone().unwrap_or_default();
@@ -197,7 +197,7 @@ impl<'a> Found<'a> {
         let Self { what, name, source } = self;
         let bytes = match source {
             Encoded::View(bytes) => Cow::Borrowed(bytes),
-            // No image has more, so that no file is read to an end far away.
+            // No image has more bytes, so that a huge file is not read completely.
             Encoded::Uri(source) if source.bytes() > BYTES_MAX => {
                 return Err(format!(
                     "{what} has {} bytes, more than any image that can be read; check the file",
@@ -215,7 +215,7 @@ impl<'a> Found<'a> {
         let each = match opened.format() {
             Some(ImageFormat::Png) => PNG_TEXELS,
             Some(ImageFormat::Jpeg) => JPEG_TEXELS,
-            // One colour everywhere takes no more bytes for more texels.
+            // An image of one colour takes no more bytes for more texels.
             _ => u64::MAX,
         };
         let size = match opened.into_dimensions() {
@@ -263,15 +263,15 @@ impl Images<'_> {
         }
         let halved = self.opened.iter().flatten().filter(|image| self.halvings(image.size) > 0);
         let largest = halved.map(|image| texels_of(image.size)).max().unwrap_or(0);
-        // Several at once, each as it is and while it is halved.
+        // Several images are decoded and halved at once.
         need.add_bytes(Kind::Texels, largest.saturating_mul(12).saturating_mul(rayon::current_num_threads() as u64));
         let largest = (0..self.opened.len()).map(|index| self.texels(index)).max().unwrap_or(0);
-        // On its way to the device, two copies of its chain's rectangle.
+        // An upload to the device takes two more copies of the rectangle of a chain.
         need.add_bytes(Kind::Texels, largest.saturating_mul(2 * 6));
         need.check()
     }
 
-    /// Refuses the textures of the `drawn` materials where they are larger than a device holds, each or all together.
+    /// Refuses textures of the `drawn` materials that exceed the device's limits, each alone or all together.
     pub fn check_device(&self, drawn: &[&Material], options: &LoadOptions) -> Result<(), Problem> {
         let chains = self.chains(drawn.iter().flat_map(|material| material.drawn_slots()));
         let remedy = "use smaller textures or --max-texture TEXELS";
@@ -294,19 +294,19 @@ impl Images<'_> {
         ))
     }
 
-    /// The images and colour spaces of these slots: each has a mip chain.
+    /// The images and colour spaces of these slots, each of which has a mip chain.
     fn chains(&self, slots: impl Iterator<Item = (TextureRef, ColorSpace)>) -> BTreeSet<(usize, ColorSpace)> {
         slots.map(|(slot, space)| (self.textures[slot.texture].image, space)).collect()
     }
 
-    /// In texels, as it is kept; none for an image that cannot be read.
+    /// The size in texels after halving; zero for an image that cannot be read.
     fn size(&self, image: usize) -> (u32, u32) {
         let size = self.opened[image].as_ref().map_or((0, 0), |opened| opened.size);
         let halvings = self.halvings(size);
         if halvings == 0 { size } else { ((size.0 >> halvings).max(1), (size.1 >> halvings).max(1)) }
     }
 
-    /// How often an image of this size is halved.
+    /// The number of halvings of an image of this size.
     fn halvings(&self, (width, height): (u32, u32)) -> u32 {
         let Some(most) = self.most else { return 0 };
         (0..32).find(|&times| width.max(height) >> times <= most).unwrap_or(0)
@@ -390,14 +390,14 @@ pub fn slots_mut(m: &mut Material) -> impl Iterator<Item = &mut Option<TextureRe
 }
 
 impl Opened<'_> {
-    /// The image, read so and then so often halved in that colour space, the hash of its bytes, and whether it has 16
-    /// bits per channel.
+    /// The image, interpreted as `reading` says and halved in that colour space, the hash of its bytes, and whether it
+    /// has 16 bits per channel.
     fn decode(
         self,
         reading: Reading,
         halvings: u32,
         space: ColorSpace,
-    ) -> Result<(Image, blake3::Hash, bool), Problem> {
+    ) -> Result<(TextureImage, blake3::Hash, bool), Problem> {
         let (mut image, deep) = self.texels()?;
         reading.apply(&mut image.rgba);
         if halvings > 0 {
@@ -407,12 +407,12 @@ impl Opened<'_> {
         Ok((image, blake3::hash(&self.bytes), deep))
     }
 
-    /// The image, and whether it has 16 bits per channel.
-    fn texels(&self) -> Result<(Image, bool), Problem> {
+    /// The decoded image, and whether it has 16 bits per channel.
+    fn texels(&self) -> Result<(TextureImage, bool), Problem> {
         let (name, (width, height)) = (self.name.clone(), self.size);
         if ktx2::is_ktx2(&self.bytes) {
             let (rgba, deep) = ktx2::decode(&self.bytes).map_err(|damage| undecodable_ktx2(&self.what, damage))?;
-            return Ok((Image { name, width, height, rgba }, deep));
+            return Ok((TextureImage { name, width, height, rgba }, deep));
         }
         let decoded = reader(&self.bytes, texels_of(self.size)).and_then(ImageReader::decode);
         let decoded = decoded.map_err(|e| undecodable(&self.what, &e))?;
@@ -420,11 +420,11 @@ impl Opened<'_> {
         let deep = color.bytes_per_pixel() == 2 * color.channel_count();
         let (width, height) = (decoded.width(), decoded.height());
         let rgba = match decoded {
-            // Most files hold this format; the library's conversion takes as long as it takes to decode a JPEG.
+            // Most files have this format, and the library's conversion would take as long as decoding a JPEG.
             DynamicImage::ImageRgb8(rgb) => opaque(rgb.as_raw()),
             other => other.into_rgba8().into_raw(),
         };
-        Ok((Image { name, width, height, rgba }, deep))
+        Ok((TextureImage { name, width, height, rgba }, deep))
     }
 }
 
@@ -440,7 +440,8 @@ fn texels_of((width, height): (u32, u32)) -> u64 {
     u64::from(width) * u64::from(height)
 }
 
-/// Sizes are checked when they are known; what a decoder takes beyond an image of so many texels is bounded here.
+/// A reader with limits for an image of `texels` texels: its size is checked once it is known, and this bounds the
+/// decoder's other memory.
 fn reader(bytes: &[u8], texels: u64) -> ImageResult<ImageReader<Cursor<&[u8]>>> {
     let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
     let mut limits = Limits::default();

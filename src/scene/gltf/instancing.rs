@@ -1,5 +1,4 @@
-//! EXT_mesh_gpu_instancing: a node that shows its mesh several times, each at a child node of its own, which moves with
-//! it.
+//! EXT_mesh_gpu_instancing: a node shows its mesh several times, at child nodes that move with it.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -9,7 +8,7 @@ use serde_json::Value;
 
 use super::accessor::{Data, Problem, missing};
 use super::document::{Document, Node, size};
-use super::nodes::{self, Tree};
+use super::nodes::{self, NodeOrder};
 use crate::scene::{self, Scene};
 
 pub const NAME: &str = "EXT_mesh_gpu_instancing";
@@ -21,7 +20,7 @@ fn attributes(node: &Node) -> Option<BTreeMap<&str, Option<usize>>> {
     Some(attributes.into_iter().flatten().map(|(name, value)| (name.as_str(), index(value))).collect())
 }
 
-/// How often a node shows its mesh: as often as its longest accessor has elements, and once without any.
+/// How often a node shows its mesh: the number of elements of its longest accessor, and once without any.
 pub fn count(document: &Document, node: &Node) -> u64 {
     let Some(attributes) = attributes(node) else { return 1 };
     let elements =
@@ -29,11 +28,11 @@ pub fn count(document: &Document, node: &Node) -> u64 {
     attributes.values().filter_map(elements).max().unwrap_or(1)
 }
 
-/// Instances that nodes may have whose accessors all have no data in the file: some bytes state millions, which all
-/// stand at one place.
+/// The maximum number of instances of nodes whose accessors have no data in the file. A few bytes can state millions of
+/// them, all at one place.
 pub const UNBACKED_MAX: u64 = 1 << 14;
 
-/// How many instances of a node no byte of the file stands for.
+/// The number of instances of a node without data in the file.
 pub fn unbacked(document: &Document, node: &Node) -> u64 {
     let accessors = attributes(node).into_iter().flat_map(BTreeMap::into_values).flatten();
     let mut accessors = accessors.filter_map(|index| document.accessors.get(index)).peekable();
@@ -44,7 +43,7 @@ pub fn unbacked(document: &Document, node: &Node) -> u64 {
 /// Adds the nodes of all instances of the node with the document's index `node`: their indices in the scene, or those
 /// of the node itself if it is not instanced. The error is a sentence that names the node, for accessors that are
 /// missing, do not fit or differ in length, and for numbers that are not finite.
-pub fn load(data: &Data, tree: &Tree, node: usize, scene: &mut Scene) -> Result<Range<usize>, Problem> {
+pub fn load(data: &Data, tree: &NodeOrder, node: usize, scene: &mut Scene) -> Result<Range<usize>, Problem> {
     let at = tree.slot[node];
     let Some(attributes) = attributes(&data.document.nodes[node]).filter(|attributes| !attributes.is_empty()) else {
         return Ok(at..at + 1);
@@ -52,7 +51,8 @@ pub fn load(data: &Data, tree: &Tree, node: usize, scene: &mut Scene) -> Result<
     let what = format!("node {node} has {NAME}");
     let mut lengths = Vec::new();
     for (name, index) in &attributes {
-        let index = index.ok_or_else(|| format!("{what} with {name} that is no index; export the file again"))?;
+        let index =
+            index.ok_or_else(|| format!("{what} with {name} that is no accessor's index; export the file again"))?;
         let accessor = data.document.accessors.get(index).ok_or_else(|| missing("accessor", index))?;
         lengths.push(size(accessor.count));
     }

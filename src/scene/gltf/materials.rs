@@ -15,8 +15,8 @@ use super::document::Document;
 use super::images::{Reading, Used, slots_mut};
 use crate::scene::{Alpha, Material, TextureRef};
 
-/// glTF's default material, then all materials of the document, and which two sets of texture coordinates of the
-/// document each reads.
+/// glTF's default material followed by all materials of the document, and for each the two sets of texture coordinates
+/// that it reads.
 pub fn load(document: &Document, used: &mut Used) -> Result<(Vec<Material>, Vec<[u32; 2]>), Problem> {
     let (mut materials, mut uv_sets) = (vec![Material::default()], vec![[0, 1]]);
     for (index, source) in document.materials.iter().enumerate() {
@@ -28,7 +28,7 @@ pub fn load(document: &Document, used: &mut Used) -> Result<(Vec<Material>, Vec<
     Ok((materials, uv_sets))
 }
 
-/// The materials, as the scene counts them, of all primitives at the nodes `shown`.
+/// The materials of all primitives at the nodes `shown`, by the scene's numbering.
 pub fn drawn(document: &Document, shown: &[usize]) -> impl Iterator<Item = usize> + use<> {
     let meshes: BTreeSet<usize> = shown.iter().filter_map(|&node| document.nodes[node].mesh).collect();
     let primitives = meshes.into_iter().filter_map(|mesh| document.meshes.get(mesh)).flat_map(|mesh| &mesh.primitives);
@@ -164,8 +164,8 @@ impl Loader<'_> {
         self.slot(info.as_ref())
     }
 
-    /// A mesh keeps two sets of texture coordinates: those that its material's slots read, which are then numbered by
-    /// their places. A third set is rare and gets a note.
+    /// A mesh keeps the two sets of texture coordinates that the slots of its material read, and the slots are
+    /// renumbered to them. A third set is rare and gets a note.
     fn choose_uv_sets(&mut self, m: &mut Material) -> [u32; 2] {
         let mut read: Vec<usize> = m.drawn_slots().map(|(slot, _)| slot.uv_set).collect();
         let mut seen = BTreeSet::new();
@@ -179,7 +179,7 @@ impl Loader<'_> {
         for set in left_out {
             let (what, [first, second]) = (&self.what, sets);
             self.document.warn(format!(
-                "{what} reads more than two sets of texture coordinates; its textures on set {set} lie as set {first} says, those on {first} and {second} are right"
+                "{what} uses more than two sets of texture coordinates; its textures on set {set} are placed by set {first}, those on {first} and {second} by their own"
             ));
         }
         for slot in slots_mut(m).flatten() {

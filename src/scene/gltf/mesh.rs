@@ -13,11 +13,11 @@ use super::draco;
 use super::tangents;
 use crate::scene::{Material, Mesh};
 
-/// Colours that are no more than this outside 0 to 1 were meant to be inside.
+/// Colours outside 0 to 1 by at most this were meant to be inside.
 const ROUNDING: f32 = 1e-4;
 
 /// A primitive of the document.
-pub struct Source<'a> {
+pub struct SourcePrimitive<'a> {
     pub data: &'a Data<'a>,
     pub primitive: &'a Primitive,
     /// "mesh 3 primitive 0", for messages.
@@ -45,7 +45,7 @@ pub fn load(
     }
     let unpacked = draco::unpack(data, primitive, &what)?;
     let data = &Data { unpacked: unpacked.as_ref(), ..*data };
-    let mut source = Source { data, primitive, what, count: 0 };
+    let mut source = SourcePrimitive { data, primitive, what, count: 0 };
     let Some(position) = source.accessor(Semantic::Positions) else {
         source.warn("has no positions and was left out");
         return Ok(None);
@@ -62,7 +62,7 @@ pub fn load(
     let picked = vertices.as_ref().map(|vertices| Picked { vertices, of: source.count });
     let data = &Data { picked, ..*data };
     let count = vertices.as_ref().map_or(source.count, Vec::len);
-    let source = Source { data, count, ..source };
+    let source = SourcePrimitive { data, count, ..source };
     let positions: Vec<Vec3> = data.floats::<3>(position, None)?.into_iter().map(Vec3::from).collect();
     let tangent_uvs = materials[material].tangent_uvs();
     let [first_uvs, second_uvs] = data.uv_sets[material];
@@ -110,7 +110,7 @@ fn check_positions(what: &str, positions: &[Vec3]) -> Result<(), Problem> {
     Ok(())
 }
 
-impl Source<'_> {
+impl SourcePrimitive<'_> {
     /// The accessor of an attribute.
     pub fn accessor(&self, semantic: Semantic) -> Option<usize> {
         self.primitive.attributes.get(&Valid(semantic)).map(|a| a.value())
@@ -123,7 +123,7 @@ impl Source<'_> {
     /// Three vertex indices per triangle of a list, a strip or a fan.
     fn triangles(&self, mode: Mode) -> Result<Vec<u32>, Problem> {
         let mut list = self.corners()?;
-        // A compressed strip was made a list.
+        // A compressed strip was decoded to a list.
         let mode = if self.data.unpacked.is_some() { Mode::Triangles } else { mode };
         Ok(match mode {
             // glTF 2.0, 3.7.2.1: every second triangle of a strip is reversed to keep its winding.
@@ -199,8 +199,8 @@ impl Source<'_> {
     }
 }
 
-/// Gives every vertex a unit normal: the file's, or a face's normal where the file's has no direction, or flat normals
-/// if the file has none. False if one of the file's normals has no direction.
+/// Gives every vertex a unit normal: the file's, or the face's if that of the file has no direction, or flat normals if
+/// the file has none. Returns false if a normal of the file has no direction.
 fn complete_normals(mesh: &mut Mesh) -> bool {
     if mesh.normals.is_empty() {
         // glTF 2.0, 3.7.2.1: tangents without normals are ignored.
@@ -228,7 +228,7 @@ fn complete_normals(mesh: &mut Mesh) -> bool {
     !broken.contains(&true)
 }
 
-/// The vertices that `indices` name, in the order in which these do first; these then count them.
+/// The distinct vertices of `indices` in the order of their first use. The indices are renumbered accordingly.
 fn pick(indices: &mut [u32]) -> Vec<u32> {
     let (mut new_indices, mut picked) = (HashMap::new(), Vec::new());
     for index in indices {
@@ -240,7 +240,7 @@ fn pick(indices: &mut [u32]) -> Vec<u32> {
     picked
 }
 
-/// Drops vertices that no triangle uses: bounds cover all vertices.
+/// Drops vertices that no triangle uses, because bounds cover all vertices.
 fn compact(mesh: &mut Mesh) {
     let mut new_indices = vec![u32::MAX; mesh.positions.len()];
     let mut kept = Vec::new();
@@ -255,7 +255,8 @@ fn compact(mesh: &mut Mesh) {
     mesh.gather(&kept);
 }
 
-/// Computed in f64, so that squared differences of large coordinates stay finite. +Y for degenerate triangles.
+/// The unit normal of a triangle, computed in f64 so that squared differences of large coordinates stay finite. +Y for
+/// degenerate triangles.
 fn face_normal(mesh: &Mesh, triangle: usize) -> Vec3 {
     let [a, b, c] = std::array::from_fn(|i| mesh.positions[mesh.indices[3 * triangle + i] as usize].as_dvec3());
     (b - a).cross(c - a).try_normalize().map_or(Vec3::Y, |n| n.as_vec3())

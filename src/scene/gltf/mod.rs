@@ -43,29 +43,30 @@ use crate::Error;
 use crate::memory::Limit;
 use crate::output::file::is_standard;
 
-/// Which part of a file to load, and within which limits.
+/// The part of a file to load, and limits.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
     /// The name or index of a scene; `None` is the file's default scene.
     pub scene: Option<String>,
-    /// A folder outside the scene's own of which the scene may read files: buffers and textures that scenes share.
+    /// One more folder from which the scene may read files: buffers and textures that scenes share.
     pub assets: Option<PathBuf>,
-    /// Whether to refuse a file of which a texture or a required extension would be left out.
+    /// Whether to refuse a file if a texture or a required extension would be left out.
     pub strict: bool,
-    /// Memory of the machine that loading and rendering may take; `None` is half of what is free.
+    /// Memory of the machine that loading and rendering may use; `None` for half of the free memory.
     pub memory: Option<Limit>,
-    /// Memory of the device that textures may take, if there is a device.
+    /// Memory of the device that textures may use, if there is a device.
     pub texture_memory: Option<Limit>,
-    /// How many texels a side an image of the device has, in which a texture lies above its mips, and what says so.
+    /// The maximum side in texels of an image on the device, which holds a texture above its mips, and the reason for
+    /// this limit.
     pub texture_side: Option<(u32, String)>,
-    /// How many triangles a device holds over all instances, and what says so.
+    /// The maximum number of triangles over all instances on the device, and the reason for this limit.
     pub triangles: Option<(u64, String)>,
-    /// Larger textures are halved until they have at most so many texels a side.
+    /// Larger textures are halved until they have at most this many texels a side.
     pub max_texture: Option<u32>,
 }
 
-/// The supported extensions. A file that requires another one is refused, unless that changes looks alone; one that
-/// only uses it gets a warning.
+/// The supported extensions. A file that requires another one is refused, unless it only changes looks. A file that
+/// only uses another one gets a warning.
 const KNOWN_EXTENSIONS: [&str; 23] = [
     instancing::NAME,
     meshopt::NAMES[0],
@@ -106,19 +107,20 @@ impl Scene {
 
     /// Loads the glTF 2.0 file at `path`, `-` for standard input: buffers, images, the chosen scene, every animation.
     ///
-    /// `docs/usage.md` lists the supported extensions. Points and lines are left out, and so are textures that cannot
-    /// be read, unless `options.strict`. Each simplification adds one of [`Scene::warnings`].
+    /// `docs/usage.md` lists the supported extensions. Points, lines and unreadable textures are left out; with
+    /// `options.strict`, unreadable textures are errors. Each simplification adds one of [`Scene::warnings`].
     ///
     /// # Errors
     /// [`Error::File`] in one sentence, for missing or damaged files, glTF 1.0, unsupported required extensions, and
-    /// scenes that need more memory than `options` allow: these are refused from their headers, before it is taken.
+    /// scenes that need more memory than `options` allow. These are refused from their headers, before memory is
+    /// allocated.
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, Error> {
         let mut need = Need::within(options.memory.clone().unwrap_or_else(Limit::host));
         let file = container::read(path, &mut need)?;
         Self::of_file(path, file, need, options)
     }
 
-    /// Loads a .glb that is in memory and refers to no other file; `name` is what errors and notes call it.
+    /// Loads a .glb that is in memory and refers to no other file. Errors and notes call it `name`.
     ///
     /// # Errors
     /// As for [`Scene::load`].
@@ -145,7 +147,7 @@ impl Scene {
             let data =
                 &Data { document, buffers: &buffers, decoded: &decoded, unpacked: None, uv_sets: &[], picked: None };
             check::document(data)?;
-            let tree = nodes::Tree::new(document)?;
+            let tree = nodes::NodeOrder::new(document)?;
             let shown = tree.reachable(document, &nodes::choose_roots(document, options.scene.as_deref())?)?;
             let mut scene = Self { nodes: tree.nodes(document)?, ..Self::default() };
             let mut used = images::Used::new(options.strict, options.max_texture);
@@ -155,7 +157,7 @@ impl Scene {
             nodes::load_cameras(document, &tree, &shown, &mut scene)?;
             let shown = tree.visible(document, &shown);
             nodes::load_lights(document, &tree, &shown, &mut scene)?;
-            // All sizes are known before anything large is made.
+            // All sizes are known before large memory is allocated.
             need.add_meshes(document, &shown);
             need.add_animations(document);
             need.check()?;
@@ -188,8 +190,7 @@ fn hash_part(hash: &mut blake3::Hasher, bytes: &[u8]) {
     hash.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
 }
 
-/// Reads the text once. Only where it does not fit, its version is looked for alone: a glTF 1.0 document has another
-/// structure.
+/// Parses the text. If that fails, only its version is parsed, because a glTF 1.0 document has another structure.
 fn parse(path: &Path, json: Vec<u8>) -> Result<Document, Error> {
     #[derive(serde::Deserialize)]
     struct Head {
@@ -252,12 +253,12 @@ fn check_extensions(document: &Document, strict: bool) -> Result<(), Problem> {
     Ok(())
 }
 
-/// How else a file gets light that it takes from an image of its surroundings.
+/// An alternative for a file that takes its light from an image of its surroundings.
 fn hint(extension: &str) -> &'static str {
     if is_environment(extension) { "; give the image of its surroundings with --sky FILE.hdr" } else { "" }
 }
 
-/// Whether an extension lights the scene with such an image.
+/// Whether an extension lights the scene with an image of the surroundings.
 fn is_environment(name: &str) -> bool {
     ["_lights_image_based", "_lights_environment", "_environment_map", "_environments"]
         .iter()
@@ -270,12 +271,12 @@ fn changes_looks_alone(name: &str) -> bool {
     name.contains("_materials_") || is_environment(name) || OTHERS.contains(&name)
 }
 
-/// `None` for a buffer that only stands in for readers of less, and for one without a URI: it may belong to an ignored
-/// extension.
+/// Loads all buffers. `None` for a fallback of an extension, and for a buffer without a URI, which may belong to an
+/// ignored extension.
 fn load_buffers(
     document: &Document,
     folders: Folders,
-    mut binary: Option<container::Part>,
+    mut binary: Option<container::Section>,
     need: &mut Need,
 ) -> Result<Vec<Option<Vec<u8>>>, Problem> {
     let what = |index: usize| format!("buffer {index}");
@@ -284,10 +285,10 @@ fn load_buffers(
         let source = match &buffer.uri {
             _ if meshopt::is_fallback(buffer) => None,
             Some(uri) => Some(container::find(folders, &what(index), uri)?),
-            None if index == 0 => binary.take().map(container::Source::Chunk),
+            None if index == 0 => binary.take().map(container::ByteSource::Chunk),
             None => None,
         };
-        let (has, states) = (source.as_ref().map(container::Source::bytes), buffer.byte_length.0);
+        let (has, states) = (source.as_ref().map(container::ByteSource::bytes), buffer.byte_length.0);
         if let Some(has) = has.filter(|has| *has < states) {
             return Err(format!("{} holds {has} of its {states} bytes; copy or export the file again", what(index)));
         }
@@ -295,14 +296,14 @@ fn load_buffers(
         need.check()?;
         opened.push(source);
     }
-    let read = |(index, source): (usize, Option<container::Source>)| {
+    let read = |(index, source): (usize, Option<container::ByteSource>)| {
         let bytes = document.buffers[index].byte_length.0;
         source.map(|source| source.read(&what(index), bytes)).transpose()
     };
     opened.into_iter().enumerate().map(read).collect()
 }
 
-/// Checks that a node is not so far or large that its numbers overflow.
+/// Checks that a node's coordinates and scale do not overflow.
 fn check_near(node: usize, world: &DAffine3) -> Result<(), Problem> {
     // NaN, the product of 0 and an infinite scale, fails this comparison too.
     match world.to_cols_array().iter().all(|x| x.abs() <= COORDINATE_MAX) {
@@ -312,7 +313,7 @@ fn check_near(node: usize, world: &DAffine3) -> Result<(), Problem> {
 }
 
 /// One mesh per primitive, shared by all nodes that use it without deformation.
-fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
+fn load_meshes(data: &Data, tree: &nodes::NodeOrder, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
     let document = data.document;
     let places = shown.iter().filter(|&&index| document.nodes[index].mesh.is_some());
     let places = places.map(|&index| Ok((index, instancing::load(data, tree, index, scene)?)));
@@ -323,7 +324,7 @@ fn load_meshes(data: &Data, tree: &nodes::Tree, shown: &[usize], scene: &mut Sce
     for (index, places) in places {
         let node = &document.nodes[index];
         let Some(mesh_index) = node.mesh else { continue };
-        places.clone().try_for_each(|place| check_near(index, &world.of(place)))?;
+        places.clone().try_for_each(|place| check_near(index, &world.of_node(place)))?;
         document.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index))?;
         let morphs = morphed.contains(&index) && deform::targets(data, index) > 0;
         let own = node.skin.is_some() || node.weights.is_some() || morphs;

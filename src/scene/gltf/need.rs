@@ -1,7 +1,7 @@
-//! The memory that a file's content will take, added up from headers and counts before any of it is taken.
+//! The memory that a file's content will need, added up from headers and counts before it is allocated.
 //!
-//! The sums are estimates from above, for loading and for the copies that rendering makes: small files can describe
-//! scenes that no machine holds, and a program that runs out of memory is killed without a word.
+//! The sums are upper estimates for loading and for the copies of rendering. Small files can describe scenes that no
+//! machine holds, and the system kills a program that runs out of memory without a message.
 
 use gltf::json;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
@@ -12,7 +12,7 @@ use super::document::{Document, Node, size};
 use super::{deform, draco, instancing};
 use crate::memory::{Limit, apart};
 
-/// Kind of thing that takes the memory.
+/// The kind of content that takes memory.
 #[derive(Clone, Copy)]
 pub enum Kind {
     Bytes,
@@ -24,7 +24,7 @@ pub enum Kind {
     Numbers,
 }
 
-/// The name of a [`Kind`], and how to need less of it.
+/// The name of a [`Kind`], and a way to reduce it.
 const KINDS: [(&str, &str); 7] = [
     ("bytes in its files", "split it into smaller ones"),
     ("objects and list entries in its JSON", "split it into smaller files"),
@@ -35,19 +35,19 @@ const KINDS: [(&str, &str); 7] = [
     ("numbers of animations and skins", "use fewer keys or joints"),
 ];
 
-/// Triangles over all instances: three indices of each are counted in 32 bits.
+/// The maximum number of triangles over all instances: three indices of each are counted in 32 bits.
 const TRIANGLES_MAX: u64 = 1 << 30;
 
-/// Bytes while a vertex is read, of all its attributes and their first copies.
+/// Bytes while a vertex is read, for all its attributes and their first copies.
 const VERTEX_READ: u64 = 104;
-/// Bytes while a vertex with joints is read: a blended transform, and joints with weights, besides.
+/// Bytes while a vertex with joints is read, with a blended transform, joints and weights.
 const VERTEX_SKINNED: u64 = VERTEX_READ + 136;
-/// Bytes of an element of one attribute, and its copy, that the file's size does not limit: these are added up, for
-/// time's sake.
+/// Bytes of an element of one attribute and its copy that the file's size does not limit. They are added up to bound
+/// the time.
 const UNBACKED: u64 = 32;
-/// How often a Draco decoder has each value: as it was quantised, whole, and as the accessor wants it.
+/// The number of copies of each value in a Draco decoder: quantised, whole, and converted for the accessor.
 const PACKED_COPIES: u64 = 3;
-/// Bytes of its tables for a corner of a triangle: 38 were measured with four attributes.
+/// Bytes of the Draco decoder's tables per corner of a triangle: 38 were measured with four attributes.
 const PACKED_CORNER: u64 = 64;
 /// Bytes of a vertex that is kept: in the scene, packed, and on a device that shares the machine's memory.
 const VERTEX_KEPT: u64 = 72 + 64 + 64;
@@ -58,21 +58,21 @@ const VERTEX_TARGET: u64 = 3 * 36;
 const VERTEX_JOINTS: u64 = 3 * 8 * 4;
 /// Bytes of an index in the same three places.
 const INDEX_KEPT: u64 = 12;
-/// Bytes of a triangle of an instance: what blending, sampling of lamps and tracing note of it.
+/// Bytes of a triangle of an instance for blending, sampling of lamps and tracing.
 const TRIANGLE_POSED: u64 = 64;
-/// Bytes of an instance: its transforms, its draw.
+/// Bytes of an instance: its transforms and its draw.
 const INSTANCE: u64 = 512;
-/// Bytes of a node of the scene, its transforms in all places, and what it is read from.
+/// Bytes of a node of the scene with its transforms and its description in the document.
 const NODE: u64 = 768;
-/// Bytes of a texel in the scene, and for every colour space that it is used in: its mip chain while this is made, and
-/// its place on the device.
+/// Bytes of a texel, in the scene and again for every colour space in which it is used: its mip chain during
+/// generation, and its place on the device.
 const TEXEL: u64 = 4;
 const TEXEL_CHAIN: u64 = 12;
 
 /// Bytes of an entry of a list of plain values, which extensions may keep as JSON.
 const ENTRY: u64 = 3 * size_of::<serde_json::Value>() as u64;
 
-/// Sums by [`Kind`]: how many, and bytes.
+/// Sums for each [`Kind`]: a count and bytes.
 pub struct Need {
     limit: Limit,
     sums: [(u64, u64); KINDS.len()],
@@ -96,11 +96,11 @@ impl Need {
         *sum = sum.saturating_add(bytes);
     }
 
-    /// Refuses what needs more than the limit; the sentence names what takes most.
+    /// Refuses content that exceeds the limit; the sentence names the kind that takes most.
     pub fn check(&self) -> Result<(), Problem> {
         let total = self.sums.iter().fold(0u64, |sum, (_, bytes)| sum.saturating_add(*bytes));
         let most = (0..KINDS.len()).max_by_key(|&kind| self.sums[kind].1).unwrap_or_default();
-        let (count, (name, remedy)) = (words(self.sums[most].0), KINDS[most]);
+        let (count, (name, remedy)) = (count_in_words(self.sums[most].0), KINDS[most]);
         if total > self.limit.bytes {
             let [total, _] = apart([total, self.limit.bytes]);
             let limit = &self.limit.words;
@@ -109,43 +109,43 @@ impl Need {
             ));
         }
         if self.unbacked > instancing::UNBACKED_MAX {
-            let (count, most) = (words(self.unbacked), instancing::UNBACKED_MAX);
+            let (count, most) = (count_in_words(self.unbacked), instancing::UNBACKED_MAX);
             return Err(format!(
                 "has {count} instances of meshes without data, which all stand at one place, more than the {most} that are read: export it again"
             ));
         }
         let triangles = self.sums[Kind::Triangles as usize].0;
         if triangles > TRIANGLES_MAX {
-            let (count, limit) = (words(triangles), words(TRIANGLES_MAX));
+            let (count, limit) = (count_in_words(triangles), count_in_words(TRIANGLES_MAX));
             let (name, remedy) = KINDS[Kind::Triangles as usize];
             return Err(format!("has {count} {name}, more than the {limit} that can be counted: {remedy}"));
         }
         Ok(())
     }
 
-    /// Refuses more triangles than a device holds.
+    /// Refuses more triangles than a device can hold.
     pub fn check_triangles(&self, most: u64, limit: &str) -> Result<(), Problem> {
         let triangles = self.sums[Kind::Triangles as usize].0;
         if triangles <= most {
             return Ok(());
         }
-        let ([count, most], (name, remedy)) = ([triangles, most].map(words), KINDS[Kind::Triangles as usize]);
+        let ([count, most], (name, remedy)) = ([triangles, most].map(count_in_words), KINDS[Kind::Triangles as usize]);
         Err(format!("has {count} {name}, more than the {most} that fit into {limit}: {remedy}"))
     }
 
-    /// Bytes that may still be taken.
+    /// Bytes that are still available.
     pub fn room(&self) -> u64 {
         self.sums.iter().fold(self.limit.bytes, |left, (_, bytes)| left.saturating_sub(*bytes))
     }
 
-    /// Words for what sets the limit.
+    /// The reason for the limit, in words.
     pub fn limit(&self) -> &str {
         &self.limit.words
     }
 
-    /// Adds what parsing a document's text takes.
+    /// Adds the memory for parsing a document's text.
     pub fn add_json(&mut self, text: &[u8]) {
-        // A list that grows holds three times its content while it moves.
+        // A growing list takes three times its content while it is moved.
         let sizes = [
             size_of::<Node>(),
             size_of::<json::Mesh>(),
@@ -160,13 +160,13 @@ impl Need {
             size_of::<json::Buffer>(),
         ];
         let largest = sizes.into_iter().max();
-        // In the text of strings these bytes count for nothing, but there they are few.
+        // These bytes do not count within strings, where they are rare.
         let count = |byte: u8| text.iter().filter(|b| **b == byte).count() as u64;
         self.add(Kind::Objects, count(b'{'), 3 * largest.unwrap_or_default() as u64);
         self.add(Kind::Objects, count(b','), ENTRY);
     }
 
-    /// Adds the meshes of the nodes `shown`: loaded once, or once for each node that deforms them.
+    /// Adds the meshes of the nodes `shown`, which are loaded once, or once for each node that deforms them.
     pub fn add_meshes(&mut self, document: &Document, shown: &[usize]) {
         let sizes: Vec<MeshSize> = document.meshes.iter().map(|mesh| MeshSize::new(document, mesh)).collect();
         let mut loaded = vec![false; sizes.len()];
@@ -217,7 +217,7 @@ impl Need {
         }
     }
 
-    /// Adds an image that is used in so many colour spaces.
+    /// Adds an image that is used in `spaces` colour spaces.
     pub fn add_image(&mut self, (width, height): (u32, u32), spaces: u64) {
         self.add(Kind::Texels, u64::from(width) * u64::from(height), TEXEL + spaces * TEXEL_CHAIN);
     }
@@ -231,13 +231,13 @@ struct MeshSize {
     corners: u64,
     /// Vertices that loading keeps.
     kept: u64,
-    /// Elements of attributes and of used morph targets that have no data in the file, so that the file's size is no
-    /// limit, or sparse data, which is read whole for each primitive.
+    /// Elements without data in the file, in attributes and used morph targets, whose number the file's size does not
+    /// limit; and sparse data, which is read completely for each primitive.
     unbacked: u64,
     /// Vertices times morph targets, and vertices times sets of joints.
     targets: u64,
     joints: u64,
-    /// Vertices of the largest primitive, of which loading drops those that no triangle uses.
+    /// Vertices of the largest primitive, including unused ones, which loading drops.
     largest: u64,
     /// Bytes while the largest compressed primitive is decoded.
     packed: u64,
@@ -285,8 +285,8 @@ fn elements(document: &Document, accessor: usize) -> u64 {
     document.accessors.get(accessor).map_or(0, |accessor| size(accessor.count) as u64)
 }
 
-/// A count in at most five digits and words.
-fn words(count: u64) -> String {
+/// A count in words, with at most five digits.
+fn count_in_words(count: u64) -> String {
     match count {
         0..100_000 => count.to_string(),
         100_000..100_000_000_000 => format!("{:.1} million", count as f64 / 1e6),

@@ -17,7 +17,7 @@ use crate::scene::{Camera, Light, LightKind, Node, Projection, Scene, Transform}
 pub const VISIBILITY: &str = "KHR_node_visibility";
 
 /// The order of the document's nodes in the scene.
-pub struct Tree {
+pub struct NodeOrder {
     /// Document indices, parents before children.
     order: Vec<usize>,
     parent: Vec<Option<usize>>,
@@ -25,7 +25,7 @@ pub struct Tree {
     pub slot: Vec<usize>,
 }
 
-impl Tree {
+impl NodeOrder {
     pub fn new(document: &Document) -> Result<Self, Problem> {
         let count = document.nodes.len();
         let mut parent = vec![None; count];
@@ -63,8 +63,8 @@ impl Tree {
         Ok((0..shown.len()).filter(|&n| shown[n]).collect())
     }
 
-    /// Those of the nodes `shown` that no KHR_node_visibility hides, at them or at a node above them: it hides meshes
-    /// and lights, and no cameras.
+    /// The nodes of `shown` that no KHR_node_visibility hides, at the node or at an ancestor. The extension hides
+    /// meshes and lights, but not cameras.
     pub fn visible(&self, document: &Document, shown: &[usize]) -> Vec<usize> {
         let mut hidden = vec![false; document.nodes.len()];
         for &index in &self.order {
@@ -87,7 +87,9 @@ impl Tree {
 
 fn local_transform(document: &Document, index: usize) -> Result<Transform, Problem> {
     let node = &document.nodes[index];
-    let finite = |ok: bool| if ok { Ok(()) } else { Err(format!("node {index} has a transform that is not finite")) };
+    let finite = |ok: bool| {
+        if ok { Ok(()) } else { Err(format!("node {index} has a transform that is not finite; export the file again")) }
+    };
     if let Some(m) = &node.matrix {
         let matrix = DMat4::from_cols_array(m);
         finite(matrix.is_finite())?;
@@ -103,14 +105,14 @@ fn local_transform(document: &Document, index: usize) -> Result<Transform, Probl
     Ok(trs(translation, rotation, scale))
 }
 
-/// A rotation without a direction is none.
+/// A transform from its parts. A rotation without a direction is ignored.
 pub fn trs(translation: DVec3, rotation: DQuat, scale: DVec3) -> Transform {
     let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY };
     Transform::Trs { translation, rotation, scale }
 }
 
-/// The root nodes of the scene with the name or index `wanted`, else of the default scene, else of the first, else all
-/// nodes.
+/// The root nodes of the scene with the name or index `wanted`. By default they are those of the default scene, else of
+/// the first scene, else all nodes.
 pub fn choose_roots(document: &Document, wanted: Option<&str>) -> Result<Vec<usize>, Problem> {
     let scenes = &document.scenes;
     let index = match wanted {
@@ -133,7 +135,7 @@ pub fn choose_roots(document: &Document, wanted: Option<&str>) -> Result<Vec<usi
     }
 }
 
-pub fn load_cameras(document: &Document, tree: &Tree, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
+pub fn load_cameras(document: &Document, tree: &NodeOrder, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
     for &index in shown {
         let node = &document.nodes[index];
         let Some(camera) = node.camera else { continue };
@@ -160,7 +162,7 @@ fn projection(camera: &json::Camera) -> Option<Projection> {
     valid.then_some(Projection::Orthographic { half_height, near: o.znear, far: o.zfar })
 }
 
-pub fn load_lights(document: &Document, tree: &Tree, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
+pub fn load_lights(document: &Document, tree: &NodeOrder, shown: &[usize], scene: &mut Scene) -> Result<(), Problem> {
     let world = World::new(&scene.nodes, &[], scene.nodes.len());
     for &index in shown {
         let node = &document.nodes[index];
@@ -168,7 +170,7 @@ pub fn load_lights(document: &Document, tree: &Tree, shown: &[usize], scene: &mu
         let source = document.lights().get(number).ok_or_else(|| missing("light", number))?;
         let mut light = light(document, number, source)?;
         light.node = tree.slot[index];
-        check_near(index, &world.of(light.node))?;
+        check_near(index, &world.of_node(light.node))?;
         if light.name.is_empty() {
             light.name = node.name.clone();
         }

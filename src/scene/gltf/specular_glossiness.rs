@@ -1,6 +1,6 @@
-//! KHR_materials_pbrSpecularGlossiness, archived, as metallic and roughness with KHR_materials_specular and _ior.
-//! Nothing is lost: a dielectric whose index of refraction is "infinite" reflects its specular colour head on, and its
-//! diffuse part is what is left.
+//! Converts KHR_materials_pbrSpecularGlossiness (archived) to metallic and roughness with KHR_materials_specular and
+//! _ior. Nothing is lost: a dielectric with an "infinite" index of refraction reflects its specular colour at normal
+//! incidence, and its diffuse part is the remainder.
 
 use glam::{Vec3, Vec4};
 use gltf::json::extensions::material::Material as Extensions;
@@ -15,7 +15,8 @@ use crate::scene::Material;
 pub const NAME: &str = "KHR_materials_pbrSpecularGlossiness";
 
 impl Loader<'_> {
-    /// The colours and the roughness of a material that has the extension, which stands before metallic and roughness.
+    /// Converts the colours and the roughness of a material with the extension, which takes precedence over metallic
+    /// and roughness.
     pub(super) fn specular_glossiness(&mut self, extensions: Option<&Extensions>) -> Result<Option<Material>, Problem> {
         let Some(extensions) = extensions else { return Ok(None) };
         self.extension(&extensions.others, NAME, |loader, object| loader.converted(object).map(Some))
@@ -33,7 +34,7 @@ impl Loader<'_> {
             base_color: Vec4::from(diffuse),
             base_color_texture: self.slot(diffuse_texture.as_ref())?,
             metallic: 0.0,
-            // The texture has the factor within it.
+            // The texture already includes the factor.
             roughness: if roughness_texture.is_some() { 1.0 } else { 1.0 - glossiness },
             metallic_roughness_texture: roughness_texture,
             ior: 0.0,

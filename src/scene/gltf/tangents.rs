@@ -7,7 +7,8 @@ use glam::{Affine2, Vec3, Vec4};
 
 use crate::scene::Mesh;
 
-/// Fills `mesh.tangents`. If one of the file's has no direction, all are generated and the result is false.
+/// Fills `mesh.tangents` from the file or by MikkTSpace. If one of the file's tangents has no direction, all are
+/// generated and the result is false.
 pub fn complete(mesh: &mut Mesh, uvs: (usize, Affine2)) -> bool {
     let usable = |t: &Vec4| t.truncate().as_dvec3().try_normalize().is_some() && t.w.is_finite();
     let valid = mesh.tangents.iter().all(usable);
@@ -29,7 +30,7 @@ fn generate(mesh: &mut Mesh, uvs: (usize, Affine2)) {
     let _ = generate_tangents(&mut corners);
     let tangents_of_corners = corners.tangents;
     let mut tangents = vec![Vec4::ZERO; mesh.positions.len()];
-    // For each vertex, the one that it is a copy of. Copies that were split off come last.
+    // For each vertex, the index of the vertex that it copies. Split-off copies come last.
     let mut from: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     let mut split: HashMap<(u32, [u32; 4]), u32> = HashMap::new();
     for (index, tangent) in mesh.indices.iter_mut().zip(tangents_of_corners) {
@@ -55,7 +56,7 @@ fn generate(mesh: &mut Mesh, uvs: (usize, Affine2)) {
     mesh.tangents = tangents;
 }
 
-/// Any unit vector orthogonal to the normal, for degenerate or constant uvs.
+/// Any unit vector orthogonal to the normal, for degenerate triangles and constant uvs.
 fn any_tangent(normal: Vec3) -> Vec4 {
     normal.any_orthonormal_vector().extend(1.0)
 }

@@ -1,4 +1,4 @@
-//! EXT_texture_webp: what is checked of a WebP file before the crate `image` decodes it, which trusts some of its
+//! EXT_texture_webp: checks of a WebP file before the crate `image` decodes it, because the crate trusts some of its
 //! parts.
 
 /// Bits of the flags of an extended file.
@@ -7,8 +7,8 @@ const ANIMATED: u8 = 2;
 const FILE: usize = 12;
 const CHUNK: usize = 8;
 
-/// Checks an extended file (WebP container, "Extended File Format"); other files have one size, in their only chunk.
-/// The error is the end of a sentence, for animations, and for a frame of another size than the file states.
+/// Checks an extended file (WebP container, "Extended File Format"). Other files have one size, in their only chunk.
+/// The error is the end of a sentence, for animations, and for a frame whose size differs from that of the file.
 pub fn check(bytes: &[u8]) -> Result<(), &'static str> {
     let extended = bytes.starts_with(b"RIFF") && bytes.get(8..16) == Some(b"WEBPVP8X");
     let Some(head) = bytes.get(FILE + CHUNK..FILE + CHUNK + 10).filter(|_| extended) else { return Ok(()) };
@@ -20,7 +20,7 @@ pub fn check(bytes: &[u8]) -> Result<(), &'static str> {
     let mut rest = &bytes[FILE..];
     while let Some((chunk, after)) = rest.split_at_checked(CHUNK) {
         let length = u32::from_le_bytes([chunk[4], chunk[5], chunk[6], chunk[7]]) as usize;
-        // A key frame of VP8 (RFC 6386, 9.1): sides of 14 bits behind three bytes of its tag and three of a mark.
+        // A key frame of VP8 (RFC 6386, 9.1): sides of 14 bits after a tag and a start code of three bytes each.
         if let (b"VP8 ", Some(frame)) = (&chunk[..4], after.get(6..10)) {
             let side = |at: usize| u32::from(u16::from_le_bytes([frame[at], frame[at + 1]]) & 0x3fff);
             if [side(0), side(2)] != stated {

@@ -1,4 +1,5 @@
-//! The bright part of a map, which few directions find by chance, becomes lights: a sun one, a glow or softboxes a few.
+//! Converts the bright part of a map, which random directions rarely find, to lights: a sun becomes one light, a glow
+//! or softboxes a few.
 
 use std::f64::consts::PI;
 
@@ -6,31 +7,31 @@ use glam::{DMat3, DVec3, Vec3};
 
 use super::{Texels, middle};
 
-/// Texels with more than so many times the mean of the rest are bright.
+/// Texels brighter than this multiple of the mean of the rest are bright.
 const BRIGHT: f64 = 8.0;
 /// A bright part that sends less than this share of all light stays in the map.
 const LEAST_SHARE: f64 = 0.01;
-/// Lights at most: each costs its shadow rays wherever something is lit.
+/// The maximum number of lights, because each costs shadow rays at every lit point.
 const MOST_LIGHTS: usize = 8;
-/// A light is not split further whose share of the bright part, times 1 − the cosine of its half angle, is below this:
-/// 2.6° for one that sends all of it.
+/// A light is not split further if its share of the bright part, times 1 − the cosine of its half angle, is below this:
+/// 2.6° for a light with all of it.
 const EVEN: f64 = 1e-3;
-/// Bins per factor of two in which texels of like brightness are counted.
+/// Bins per factor of two in the histogram of brightness.
 const BINS: f64 = 16.0;
 
-/// A part of the sky's bright part, as a disc.
+/// A disc that represents a part of the sky's bright texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyLight {
-    /// Unit, from the scene.
+    /// Unit direction from the scene.
     pub towards: DVec3,
-    /// On a surface that faces it.
+    /// Irradiance on a surface that faces the disc.
     pub irradiance: Vec3,
-    /// Tangent of the half angle of a disc as wide.
+    /// Tangent of the half angle of the disc.
     pub radius: f32,
 }
 
-/// The largest channel that the rest has, infinite where nothing is bright, and the lights; both in the texels' own
-/// scale.
+/// The largest channel of the remaining map (infinite without bright texels) and the lights, both in the scale of the
+/// texels.
 pub fn part(texels: &Texels) -> (f32, Vec<SkyLight>) {
     let most = brightest_of_rest(texels);
     let mut bright = Vec::new();
@@ -49,9 +50,9 @@ pub fn part(texels: &Texels) -> (f32, Vec<SkyLight>) {
     if sent.max_element() < LEAST_SHARE * all.max_element() {
         return (f32::INFINITY, Vec::new());
     }
-    let mut parts = vec![Part::new(bright)];
+    let mut parts = vec![Cluster::new(bright)];
     while parts.len() < MOST_LIGHTS {
-        let power = |part: &Part| part.power / sent.element_sum() * (1.0 - part.cosine);
+        let power = |part: &Cluster| part.power / sent.element_sum() * (1.0 - part.cosine);
         let (widest, spread) = parts.iter().map(power).enumerate().fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
         if spread < EVEN || parts[widest].texels.len() < 2 {
             break;
@@ -59,11 +60,11 @@ pub fn part(texels: &Texels) -> (f32, Vec<SkyLight>) {
         let [low, high] = parts.swap_remove(widest).halves();
         parts.extend([low, high]);
     }
-    (most, parts.iter().map(Part::light).collect())
+    (most, parts.iter().map(Cluster::light).collect())
 }
 
-/// The greatest brightness that is [`BRIGHT`] times the mean of what is left below it. Where bright parts are so wide
-/// that there is none but what nothing exceeds, directions find them anyway.
+/// The highest brightness that is [`BRIGHT`] times the mean of all texels below it. Without such a threshold the bright
+/// parts are so wide that random directions find them.
 fn brightest_of_rest(texels: &Texels) -> f32 {
     let bins = 64 * BINS as usize;
     let mut counted = vec![(0.0, 0.0); bins];
@@ -91,7 +92,7 @@ fn brightest_of_rest(texels: &Texels) -> f32 {
     most as f32
 }
 
-/// Light of a bright texel beyond the part that stays in the map.
+/// Light of a bright texel above the part that stays in the map.
 #[derive(Clone, Copy)]
 struct Bright {
     towards: DVec3,
@@ -106,27 +107,27 @@ impl Bright {
     }
 }
 
-/// Bright texels that one light stands for.
-struct Part {
+/// Bright texels that one light represents.
+struct Cluster {
     texels: Vec<Bright>,
     power: f64,
     /// Sum of power × direction.
     sum: DVec3,
-    /// Of the half angle of a disc as wide.
+    /// Cosine of the half angle of a disc with the same spread.
     cosine: f64,
 }
 
-impl Part {
+impl Cluster {
     fn new(texels: Vec<Bright>) -> Self {
         let power: f64 = texels.iter().map(Bright::power).sum();
         let sum: DVec3 = texels.iter().map(|b| b.towards * b.power()).sum();
-        // Directions spread evenly over a disc have a mean of length (1 + cos)/2; a texel is a small one itself.
+        // Directions spread evenly over a disc have a mean of length (1 + cos)/2; a texel is itself a small disc.
         let own = texels.iter().map(|b| b.solid_angle * b.power()).sum::<f64>() / power;
         let length = sum.length() / power * (1.0 - own / (4.0 * PI));
         Self { power, sum, cosine: (2.0 * length - 1.0).clamp(0.0, 1.0), texels }
     }
 
-    /// Cut across the direction in which it is widest, through its mean.
+    /// Splits the texels through their mean, across the direction of their largest extent.
     fn halves(self) -> [Self; 2] {
         let middle = self.sum / self.power;
         let mut spread = DMat3::ZERO;
@@ -134,7 +135,7 @@ impl Part {
             let off = b.towards - middle;
             spread += DMat3::from_cols(off * off.x, off * off.y, off * off.z) * b.power();
         }
-        // The power method: the axis need not be exact.
+        // The power method suffices, because the axis need not be exact.
         let mut axis = DVec3::new(0.6, 0.5, 0.62);
         for _ in 0..50 {
             axis = (spread * axis).normalize_or(axis);
@@ -166,7 +167,7 @@ mod tests {
         sky_of(256, 128, radiance)
     }
 
-    /// A disc of half angle a has the irradiance π sin² a of its radiance; what it keeps in the map is a small part
+    /// A disc of half angle a has the irradiance π sin² a times its radiance; the part that stays in the map is small
     /// here.
     #[test]
     fn suns_are_discs_of_their_size_apart() {
@@ -182,7 +183,7 @@ mod tests {
             let near = map.lights.iter().filter(|light| light.towards.dot(towards) > (1.5 * angle).cos());
             let irradiance: f32 = near.map(|light| light.irradiance.x).sum();
             let expected = radiance * (PI * angle.sin().powi(2)) as f32;
-            // Its outline in texels of 1.4°: the smaller one is nine across.
+            // The outline in texels of 1.4°: the smaller disc is nine texels wide.
             assert!((irradiance / expected - 1.0).abs() < 0.05, "{towards}: {irradiance} of {expected}");
         }
         assert!(map.lights.len() <= MOST_LIGHTS);

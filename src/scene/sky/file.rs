@@ -8,14 +8,15 @@ use super::{MOST_TEXELS, Panorama, hdr};
 use crate::layers::Layers;
 use crate::{Error, Result};
 
-/// Texels a side at most.
+/// Maximum texels per side.
 const SIDE_MAX: u32 = 16384;
 
-/// Reads the map at `path`, by its ending an OpenEXR file (R, G, B) or a Radiance one, and halves it until it has at
-/// most [`MOST_TEXELS`], and `max_texture` texels a side. Also returns a sentence about everything that was changed.
+/// Reads the map at `path`, an OpenEXR file (R, G, B) or a Radiance file by its ending, and halves it until it has at
+/// most [`MOST_TEXELS`] texels, and `max_texture` texels a side. Also returns a sentence about every change.
 ///
 /// # Errors
-/// [`Error::File`] for what is missing, damaged, or needs more memory than half of what is free: known from its header.
+/// [`Error::File`] for files that are missing or damaged, or that need more than half of the free memory by their
+/// header.
 pub fn read(path: &Path, max_texture: Option<u32>) -> Result<(Panorama, Vec<String>)> {
     let exr = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr"));
     let (mut map, mut notes) = if exr { (read_exr(path)?, Vec::new()) } else { hdr::read(path)? };
@@ -31,7 +32,7 @@ pub fn read(path: &Path, max_texture: Option<u32>) -> Result<(Panorama, Vec<Stri
         notes.push(format!("{name} was scaled down from {width}x{height} to {}x{} texels", map.width, map.height));
     }
     if whole.0 != 2 * whole.1 {
-        notes.push(format!("{name} is not twice as wide as high: it is taken to go all around all the same"));
+        notes.push(format!("{name} is not twice as wide as high: it is stretched around the whole sky"));
     }
     Ok((map, notes))
 }
@@ -52,7 +53,7 @@ pub(super) fn check_size(path: &Path, width: u32, height: u32) -> Result<()> {
     Err(Error::file(path, sentence))
 }
 
-/// Puts numbers for what is none, and says so.
+/// Replaces values that are not finite or negative, and returns sentences about it.
 fn mend(radiance: &mut [Vec3], name: &str) -> Vec<String> {
     let finite = |c: &f32| c.is_finite();
     let brightest = radiance.iter().flat_map(Vec3::to_array).filter(finite).fold(0.0, f32::max);
@@ -64,11 +65,11 @@ fn mend(radiance: &mut [Vec3], name: &str) -> Vec<String> {
     }
     let texels = if count == 1 { "1 texel that is".to_owned() } else { format!("{count} texels that are") };
     let note =
-        format!("{name} has {texels} negative or no number, taken as black; what is infinite as the brightest number");
+        format!("{name} has {texels} negative or NaN, read as black; infinite ones are read as the largest number");
     if count > 0 { vec![note] } else { Vec::new() }
 }
 
-/// Means of two by two texels; the last of an odd number is left out.
+/// Means of two by two texels; the last row or column of an odd number is dropped.
 fn halved(map: &Panorama) -> Panorama {
     let (width, height) = ((map.width / 2).max(1), (map.height / 2).max(1));
     let texel = |x: usize, y: usize| map.radiance[y.min(map.height - 1) * map.width + x.min(map.width - 1)];

@@ -15,10 +15,10 @@ use crate::error::said;
 use crate::output::read as input;
 use crate::{Error, Result};
 
-/// Bytes of a file's header at most: it is some lines of text.
+/// Maximum bytes of a file's header, which is a few lines of text.
 const HEADER_MAX: u64 = 1 << 16;
 
-/// The map at `path`, and a sentence about each line of its header that was not heeded.
+/// The map at `path`, and a sentence about each line of its header that was ignored.
 pub fn read(path: &Path) -> Result<(Panorama, Vec<String>)> {
     let length = input::about(path, "a Radiance image")?.len();
     let broken = |why: &str| Error::file(path, format!("is not a readable Radiance image ({why}); save it again"));
@@ -30,16 +30,16 @@ pub fn read(path: &Path) -> Result<(Panorama, Vec<String>)> {
     let [width, height] = header.size();
     file::check_size(path, width, height)?;
     let texels = width as usize * height as usize;
-    // Run lengths make 127 texels of 8 bytes at best.
+    // A run holds at most 127 texels of 8 bytes.
     input::check_length(path, length >= texels as u64 / 64)?;
-    // As the decoder holds it, as it is read, and as radiance.
+    // Texels exist three times: in the decoder, as read, and as radiance.
     input::check_memory(path, 40 * texels as u64, "map")?;
     file.seek(SeekFrom::Start(header.end as u64)).map_err(failed)?;
     let [lines, across] = header.axes.map(|axis| axis.length);
-    // The decoder knows one order of lines and texels, and no other name of the format.
+    // The decoder knows only one order of lines and texels, and one name of the format.
     let plain = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {lines} +X {across}\n");
     let decoder = HdrDecoder::new(Cursor::new(plain).chain(BufReader::new(file))).map_err(|e| broken(&said(&e)))?;
-    // Zeros cost nothing until they are overwritten: a file may claim more than it holds.
+    // Zeroed memory costs nothing until it is written: a file may claim more texels than it holds.
     let mut channels = vec![0.0_f32; 3 * texels];
     decoder.read_image(bytemuck::cast_slice_mut(&mut channels)).map_err(|e| broken(&said(&e)))?;
     let radiance = |at: usize| {
@@ -51,16 +51,16 @@ pub fn read(path: &Path) -> Result<(Panorama, Vec<String>)> {
     };
     let radiance = (0..texels).map(radiance).collect();
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let notes = header.unheeded.iter().map(|line| format!("{name}: {line} in its header was not heeded")).collect();
+    let notes = header.unheeded.iter().map(|line| format!("{name}: {line} in its header was ignored")).collect();
     Ok((Panorama { width: width as usize, height: height as usize, radiance }, notes))
 }
 
 /// One of the two axes along which texels are stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Axis {
-    /// Across the image, else along its height.
+    /// Whether the axis is horizontal.
     across: bool,
-    /// From the left or from the top.
+    /// Whether texels begin at the left or at the top.
     forward: bool,
     length: u32,
 }
@@ -69,16 +69,16 @@ struct Axis {
 struct Header {
     /// Axis of the lines, then the axis within a line.
     axes: [Axis; 2],
-    /// Exposures, corrections of colours and primaries.
+    /// The product of all exposures, colour corrections and primaries.
     radiance_from_stored: DMat3,
-    /// Lines that could not be heeded.
+    /// Lines that were ignored.
     unheeded: Vec<String>,
     /// Bytes before the first line of texels.
     end: usize,
 }
 
 impl Header {
-    /// The error says what is wrong, as a part of a sentence.
+    /// The error is a part of a sentence.
     fn parse(start: &[u8]) -> std::result::Result<Self, String> {
         if !start.starts_with(b"#?") {
             return Err("it does not begin with #?RADIANCE or #?RGBE".into());
@@ -110,7 +110,7 @@ impl Header {
         if self.axes[0].across { [lines, along] } else { [along, lines] }
     }
 
-    /// The number of the texel of column x and row y as they are stored.
+    /// The stored number of the texel in column x and row y.
     fn place(&self, x: usize, y: usize) -> usize {
         let [line, at] = self.axes.map(|axis| {
             let from_start = if axis.across { x } else { y };
@@ -120,7 +120,7 @@ impl Header {
     }
 }
 
-/// As in "-Y 512 +X 1024": rows from the top, each from the left. Y counts upwards.
+/// Axes of a line such as "-Y 512 +X 1024": rows from the top, each from the left. Y counts upwards.
 fn axes(line: &str) -> Option<[Axis; 2]> {
     let axis = |name: &str, length: &str| {
         let (across, forward) = match name {
@@ -138,8 +138,8 @@ fn axes(line: &str) -> Option<[Axis; 2]> {
     (axes[0].across != axes[1].across).then_some(axes)
 }
 
-/// Values from all lines of a header: those of exposure and of colours may stand several times, each for a step that
-/// changed the image.
+/// Values from all lines of a header. Exposures and colour corrections may occur several times, once for each
+/// processing step.
 struct Values {
     /// Radiance of a stored 1.
     gain: DVec3,
@@ -149,7 +149,7 @@ struct Values {
 }
 
 impl Values {
-    /// The error is that of [`Header::parse`].
+    /// Applies a line of the header. The error is that of [`Header::parse`].
     fn heed(&mut self, key: &str, value: &str) -> std::result::Result<(), String> {
         let numbers: Option<Vec<f64>> = value.split_whitespace().map(|number| number.parse().ok()).collect();
         let numbers = numbers.unwrap_or_default();
@@ -178,9 +178,9 @@ impl Values {
                 usable
             }
             ("GAMMA", [1.0]) => true,
-            // Texels are linear; a file that says otherwise is none of Radiance's.
+            // Texels are linear; a file that says otherwise does not follow Radiance's format.
             ("EXPOSURE" | "COLORCORR" | "PRIMARIES" | "GAMMA", _) => false,
-            // Programs, views and dates change no texel.
+            // Lines about programs, views and dates do not affect texels.
             _ => true,
         };
         if !heeded {
@@ -227,7 +227,7 @@ mod tests {
         assert!((xyz.radiance_from_stored.y_axis.y - 1.8).abs() < 0.2, "luminance is mostly green");
     }
 
-    /// Texels are numbered as they are stored.
+    /// Texels are numbered in stored order.
     #[test]
     fn every_order_of_texels_is_known() {
         for (order, rows) in [

@@ -1,7 +1,7 @@
-//! A map without its bright part as means over cones: what wide looks along a direction see. Level 0 is the mean over
-//! the hemisphere about a direction, weighted with the cosine; level 1 that over a cone of half angle 45°, each further
-//! one of half the angle of the one before. Each is an equirectangular map, twice as wide as high: levels 0 and 1 have
-//! 16 rows, each further one twice as many. `glsl/ground/sky.glsl` reads them.
+//! Averages of a map without its bright part over cones of different widths, for wide lookups. Level 0 is the
+//! cosine-weighted mean over the hemisphere about a direction, level 1 the mean over a cone of half angle 45°, and each
+//! further level halves the angle. Each level is an equirectangular map, twice as wide as high: levels 0 and 1 have 16
+//! rows, each further one twice as many. `glsl/ground/sky.glsl` reads them.
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
@@ -11,17 +11,17 @@ use rayon::prelude::*;
 use super::{SkyMap, Texels, middle, pack};
 
 const ROWS: usize = 16;
-/// 512 rows, 1.4°.
+/// The finest level has 512 rows of 1.4°.
 const MOST_LEVELS: usize = 7;
-/// Rows of what means are taken of, for one row of a level.
+/// Rows of the averaged source per row of a level.
 const FINER: usize = 2;
 
-/// How many there are, and their texels, the coarsest first.
+/// The number of levels and their texels, the coarsest first.
 pub fn make(texels: &Texels, most: f32) -> (usize, Vec<u32>) {
-    // No finer than the map.
+    // Levels are not finer than the map.
     let levels = (2..=MOST_LEVELS).rev().find(|levels| rows(levels - 1) <= texels.height).unwrap_or(2);
     let words = (0..levels).flat_map(|level| {
-        let source = Rows::new(texels, most, FINER * rows(level));
+        let source = RowSums::new(texels, most, FINER * rows(level));
         let mean = |towards: DVec3| match level {
             0 => source.cosine_mean(towards),
             _ => source.cone_mean(towards, FRAC_PI_4 / f64::from(1 << (level - 1))),
@@ -35,7 +35,7 @@ pub fn make(texels: &Texels, most: f32) -> (usize, Vec<u32>) {
 }
 
 impl SkyMap {
-    /// How often the cones of the last level are halved until one is as narrow as a texel.
+    /// How often the cone of the last level is halved until it is as narrow as a texel.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn octaves(&self) -> f32 {
         let last = FRAC_PI_4 / f64::from(1 << (self.levels - 2));
@@ -47,16 +47,17 @@ fn rows(level: usize) -> usize {
     ROWS << level.max(1) >> 1
 }
 
-/// A map as sums along its rows, from the left.
-struct Rows {
+/// A map as prefix sums along its rows, from the left.
+struct RowSums {
     width: usize,
     height: usize,
     /// `width + 1` per row.
     sums: Vec<DVec3>,
 }
 
-impl Rows {
-    /// A map with so many rows: means over as many texels as lie in each of its own, or what lies between texels.
+impl RowSums {
+    /// A map with `height` rows: each texel is the mean over the texels of its area, or interpolated if the source is
+    /// coarser.
     fn new(texels: &Texels, most: f32, height: usize) -> Self {
         let width = 2 * height;
         let fine = texels.height >= height && texels.width >= width;
@@ -78,7 +79,7 @@ impl Rows {
         Self { width, height, sums: (0..height).into_par_iter().flat_map_iter(row).collect() }
     }
 
-    /// Mean of row y between two places, of which the second is the right one and at most one round further.
+    /// The mean of row y between two places. The second is the right one, and at most one turn further.
     fn mean_between(&self, y: usize, from: f64, to: f64) -> DVec3 {
         let row = &self.sums[y * (self.width + 1)..][..=self.width];
         let up_to = |place: f64| {
@@ -89,7 +90,7 @@ impl Rows {
         (up_to(to) - up_to(from)) / ((to - from) * self.width as f64)
     }
 
-    /// Over the directions less than `half_angle` from unit `towards`.
+    /// The mean over the directions within `half_angle` of the unit vector `towards`.
     fn cone_mean(&self, towards: DVec3, half_angle: f64) -> DVec3 {
         let (polar, across) = (towards.y.clamp(-1.0, 1.0).acos(), 0.5 + towards.z.atan2(towards.x) / TAU);
         let row = |angle: f64| (angle / PI * self.height as f64).clamp(0.0, self.height as f64);
@@ -98,7 +99,7 @@ impl Rows {
         let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
         for y in first..last {
             let there = PI * (y as f64 + 0.5) / self.height as f64;
-            // How far the cone reaches to both sides there.
+            // The extent of the cone to both sides in this row.
             let cosine = (half_angle.cos() - polar.cos() * there.cos()) / (polar.sin() * there.sin()).max(1e-12);
             let reach = cosine.clamp(-1.0, 1.0).acos() / TAU;
             if reach > 0.0 {
@@ -107,7 +108,7 @@ impl Rows {
                 weight += area;
             }
         }
-        // A cone narrower than a row, between the middles of two.
+        // The cone is narrower than a row and lies between two of them.
         if weight > 0.0 {
             sum / weight
         } else {
@@ -115,7 +116,7 @@ impl Rows {
         }
     }
 
-    /// Over the hemisphere about unit `towards`, weighted with the cosine.
+    /// The cosine-weighted mean over the hemisphere about the unit vector `towards`.
     fn cosine_mean(&self, towards: DVec3) -> DVec3 {
         let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
         for y in 0..self.height {
@@ -139,8 +140,8 @@ mod tests {
     use super::*;
     use crate::scene::sky::tests::sky_of;
 
-    /// Over a cone of half angle a the mean of what is linear in the direction is (1 + cos a)/2 of it along the axis;
-    /// weighted with the cosine over a hemisphere, 2/3.
+    /// The mean over a cone of half angle a of a function that is linear in the direction is (1 + cos a)/2 of the value
+    /// along the axis; cosine-weighted over a hemisphere it is 2/3.
     #[test]
     fn levels_are_means_over_cones() {
         for height in [16, 50, 300] {
@@ -159,7 +160,8 @@ mod tests {
                     let d = middle(i % across, i / across, [across, down]);
                     let expected = 1.0 + slope * d.as_vec3() * share as f32;
                     let off = (map.scale * super::super::unpack(*word) - expected).abs().max_element();
-                    // Nine bits, 1/512 of at most 2; and rows as steps, unevenly high where few become others.
+                    // The tolerance covers nine bits, 1/512 of at most 2, and the steps of rows, which have different
+                    // heights after downsampling.
                     let most = if height < 64 { 0.02 } else { 0.01 };
                     assert!(off < most, "{height} rows, level {level}, {d}: off by {off}");
                 }

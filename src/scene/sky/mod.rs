@@ -1,8 +1,8 @@
-//! A sky from an equirectangular map: its texels, what is seen of them along a direction, and what renderers need of
-//! it: its bright part as lights (`bright`) and the rest as means over cones (`levels`). `file` and `hdr` read maps.
+//! A sky from an equirectangular map: its texels, the radiance along a direction, and the parts that renderers use: the
+//! bright part as lights (`bright`) and the rest as averages over cones (`levels`). `file` and `hdr` read maps.
 //!
-//! The middle of a map is towards +X, what lies to its right towards +Z, its top is +Y, as three.js, Blender's exporter
-//! and the Khronos sample viewer have it.
+//! The middle of a map is towards +X, the direction to its right is +Z, and its top is +Y, as in three.js, Blender's
+//! exporter and the Khronos sample viewer.
 
 mod bright;
 mod file;
@@ -20,7 +20,7 @@ use super::Scene;
 pub use bright::SkyLight;
 pub use file::read;
 
-/// Texels that a map keeps at most: 4096 × 2048, 32 MiB on a device. Larger ones are halved.
+/// The maximum number of texels of a map: 4096 × 2048, 32 MiB on a device. Larger ones are halved.
 #[cfg_attr(not(internals), doc(hidden))]
 pub const MOST_TEXELS: usize = 1 << 23;
 
@@ -33,27 +33,27 @@ pub struct Panorama {
     pub radiance: Vec<Vec3>,
 }
 
-/// A map that is a scene's sky. It does not change; how it is turned is [`Scene::sky_turn`].
+/// An immutable map that is a scene's sky. [`Scene::sky_turn`] is its rotation.
 pub struct SkyMap {
     pub width: usize,
     pub height: usize,
     /// RGB9E5 (Vulkan's `E5B9G9R9_UFLOAT_PACK32`), rows from the top: 9 bits a channel with the exponent of the
-    /// largest. Then the levels as `levels` has them, of the map without its bright part.
+    /// largest. The texels are followed by the levels of the map without its bright part.
     pub words: Vec<u32>,
-    /// How many levels there are.
+    /// The number of levels.
     pub levels: usize,
-    /// Radiance of an unpacked 1.
+    /// The radiance that an unpacked 1 represents.
     pub scale: f32,
-    /// Of an unpacked texel's largest channel: what is more is the bright part, which [`Self::lights`] stand for.
-    /// Infinite without.
+    /// The largest unpacked channel of the map without its bright part, which [`Self::lights`] represent. Infinite
+    /// without a bright part.
     pub most: f32,
-    /// Lights that stand for the bright part, the map not turned.
+    /// Lights that represent the bright part of the map without rotation.
     pub lights: Vec<SkyLight>,
-    /// Radiance, mean over all directions.
+    /// Mean radiance over all directions.
     pub mean: Vec3,
-    /// Radiance without the bright part, mean over all directions.
+    /// Mean radiance over all directions without the bright part.
     pub mean_of_rest: Vec3,
-    /// Of the texels and the scale.
+    /// Hash of the texels and the scale.
     pub hash: blake3::Hash,
 }
 
@@ -71,14 +71,14 @@ impl fmt::Debug for SkyMap {
 }
 
 impl SkyMap {
-    /// `None` for a map that is black.
+    /// A sky from a map; `None` for a black map.
     pub fn new(panorama: Panorama, intensity: f32) -> Option<Self> {
         let Panorama { width, height, radiance } = panorama;
         let brightest = radiance.iter().map(|c| c.max_element()).fold(0.0, f32::max);
         if brightest * intensity <= 0.0 {
             return None;
         }
-        // A power of two that brings the brightest texel to the top of what the format holds.
+        // A power of two moves the brightest texel to the top of the format's range.
         let unit = (f64::from(brightest) / f64::from(LARGEST)).log2().ceil().exp2();
         let mut words: Vec<u32> = radiance.iter().map(|c| pack((c.as_dvec3() / unit).as_vec3())).collect();
         drop(radiance);
@@ -96,19 +96,19 @@ impl SkyMap {
         Some(Self { width, height, words, levels, scale, most, lights, mean, mean_of_rest, hash: hasher.finalize() })
     }
 
-    /// Its texels, unpacked to the same scale.
+    /// The texels of the map, which are unpacked with its scale.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn texels(&self) -> Texels<'_> {
         Texels { width: self.width, height: self.height, words: &self.words[..self.width * self.height] }
     }
 
-    /// Radiance of the brightest channel without the bright part.
+    /// The largest channel of radiance without the bright part.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn brightest_of_rest(&self) -> f32 {
         self.scale * self.most.min(LARGEST)
     }
 
-    /// Radiance towards unit d of the map that is not turned, linear between texels.
+    /// Radiance towards the unit vector d of the map without rotation, bilinearly filtered.
     pub fn towards(&self, d: Vec3) -> Vec3 {
         self.scale * self.texels().at(place(d), f32::INFINITY)
     }
@@ -121,7 +121,7 @@ const LARGEST: f32 = 65408.0;
 fn pack(rgb: Vec3) -> u32 {
     let rgb = rgb.clamp(Vec3::ZERO, Vec3::splat(LARGEST));
     let largest = rgb.max_element();
-    // Of the largest channel: 2^(exponent − 16) is above it, at least half of it is below.
+    // The exponent of the largest channel: 2^exponent exceeds the channel and is at most twice as large.
     let exponent = |c: f32| (16 + c.max(1e-30).log2().floor() as i32).max(0);
     let rounded = |exponent: i32| (rgb / f32::exp2((exponent - 24) as f32)).round();
     let mut e = exponent(largest);
@@ -137,14 +137,14 @@ fn unpack(word: u32) -> Vec3 {
     Vec3::new(channel(0), channel(9), channel(18)) * f32::from_bits(((word >> 27) + 103) << 23)
 }
 
-/// Where unit d lies in a map: across from 0 to 1, and down from 0 to 1.
+/// The position of the unit vector d in a map: across from 0 to 1, and down from 0 to 1.
 #[cfg_attr(not(internals), doc(hidden))]
 pub fn place(d: Vec3) -> [f32; 2] {
     let down = d.x.hypot(d.z).atan2(d.y) / std::f32::consts::PI;
     [0.5 + d.z.atan2(d.x) / std::f32::consts::TAU, down]
 }
 
-/// The unit direction of such a place.
+/// The unit direction of such a position.
 #[cfg_attr(not(internals), doc(hidden))]
 pub fn direction(across: f64, down: f64) -> DVec3 {
     let ((sin, cos), (out, up)) = ((TAU * (across - 0.5)).sin_cos(), (PI * down).sin_cos());
@@ -182,7 +182,8 @@ impl Texels<'_> {
         solid_angle(self.width, self.height, y)
     }
 
-    /// Linear between the four texels about a place, dimmed to `most`; across it goes round.
+    /// Bilinear interpolation of the four texels around a position, dimmed to `most`; the map wraps around
+    /// horizontally.
     pub fn at(&self, [across, down]: [f32; 2], most: f32) -> Vec3 {
         let (x, y) = (across * self.width as f32 - 0.5, down * self.height as f32 - 0.5);
         let (left, above) = (x.floor(), y.floor());
@@ -200,7 +201,7 @@ impl Texels<'_> {
         (0..self.height).map(|y| row(y) * self.solid_angle(y)).sum::<DVec3>() / (2.0 * TAU)
     }
 
-    /// Mean of the texels of a block, the `place` (x, y) of so many `blocks` across and down, dimmed to `most`.
+    /// Mean of the texels in block `place` (x, y) of `blocks` blocks across and down, dimmed to `most`.
     fn block_mean(&self, place: [usize; 2], blocks: [usize; 2], most: f32) -> Vec3 {
         let part =
             |axis: usize, size: usize| place[axis] * size / blocks[axis]..(place[axis] + 1) * size / blocks[axis];
@@ -218,8 +219,8 @@ pub(super) fn solid_angle(width: usize, height: usize, y: usize) -> f64 {
 }
 
 impl Scene {
-    /// Makes a map the sky, times `intensity` and turned counter-clockwise, seen from above, by `turned` degrees. A map
-    /// that is the same everywhere is the even sky that it shows.
+    /// Sets a map as the sky, multiplied by `intensity` and rotated counter-clockwise, seen from above, by `turned`
+    /// degrees. A constant map becomes an even sky.
     pub fn set_sky_map(&mut self, panorama: Panorama, intensity: f32, turned: f64) {
         let first = panorama.radiance.first().copied().unwrap_or_default();
         let even = panorama.radiance.iter().all(|c| *c == first);
@@ -232,12 +233,12 @@ impl Scene {
         self.sky_turn = (turned / 360.0).rem_euclid(1.0) as f32;
     }
 
-    /// The world from the sky's map.
+    /// The rotation from the sky's map to the world.
     pub fn sky_rotation(&self) -> DMat3 {
         DMat3::from_rotation_y(TAU * f64::from(self.sky_turn))
     }
 
-    /// Lights that stand for the bright part of the sky's map, as the map is turned.
+    /// Lights that represent the bright part of the rotated map.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn sky_lights(&self) -> impl Iterator<Item = SkyLight> {
         let rotation = self.sky_rotation();
@@ -250,7 +251,7 @@ impl Scene {
 mod tests {
     use super::*;
 
-    /// The sky of a map that is so bright towards unit d.
+    /// The sky of a map with the radiance `radiance(d)` towards the unit vector d.
     pub fn sky_of(width: usize, height: usize, radiance: impl Fn(DVec3) -> Vec3) -> SkyMap {
         let texel = |i: usize| radiance(middle(i % width, i / width, [width, height]));
         let radiance = (0..width * height).map(texel).collect();

@@ -1,57 +1,58 @@
-//! The table `[lpv]`.
+//! The settings `[lpv]` of light propagation volumes.
 
 use crate::settings::{Key, Range, auto, choices, names, table};
 
 choices! {
-    /// How a cell's light is spread over directions, two bands of spherical harmonics.
+    /// The distribution of a cell's light over directions, in two bands of spherical harmonics.
     Lobe {
-        /// The clamped cosine, 1 + 2 cos θ in two bands. It is negative behind, where it is cut off, so that light is
-        /// gained. A face's lobe has the integral 4π: a step passes on all of the light.
+        /// The clamped cosine, 1 + 2 cos θ in two bands. Negative values behind are clamped, which adds light. The lobe
+        /// of a face has the integral 4π, so that a step passes on all of the light.
         Cosine = "cosine",
-        /// The clamped cosine with the coefficients that the source's author published for each face, √π/2 and √(π/3):
-        /// their integral is π, so that a step passes on a quarter of the light.
+        /// The clamped cosine with the coefficients that the source's author published for each face, √π/2 and √(π/3).
+        /// Their integral is π, so that a step passes on a quarter of the light.
         CosinePi = "cosine-pi",
-        /// As narrow as the light in the cell: one beam for each.
+        /// One beam per cell, as narrow as the light in it.
         Beam = "beam",
     }
 
-    /// How light is blocked on its way from cell to cell.
+    /// Blocking of light between cells.
     Occlusion {
         None = "none",
-        /// Blocking area in two bands, half a cell off (Kaplanyan and Dachsbacher's geometry volume).
+        /// Blocking area in two bands, at positions shifted by half a cell (Kaplanyan and Dachsbacher's geometry
+        /// volume).
         Sh = "sh",
-        /// Areas projected along the axes, side by side: a wall that fills a cell lets nothing pass.
+        /// Areas projected along the axes and added: a wall that fills a cell blocks all light.
         Sheets = "sheets",
     }
 
-    /// Where the light of all steps is added up.
+    /// Where the light of all steps is summed.
     Sum {
-        /// Each step starts from the cell's own light: it grows with the number of steps.
+        /// In the travelling light itself: it grows with the number of steps.
         Own = "own",
-        /// In a volume of its own, without the light that was injected: that is direct light.
+        /// In a separate volume, without the injected light, which is direct light.
         Apart = "apart",
     }
 
-    /// Where the light that a surface sends starts.
+    /// Where the light of a surface starts.
     Injection {
-        /// In the surface's own cell.
+        /// In the cell of the surface.
         Cell = "cell",
-        /// In the cell in front of it.
+        /// In the cell in front of the surface.
         Front = "front",
     }
 
-    /// How irradiance is read from what was added up.
+    /// The way in which irradiance is computed from the summed light.
     Apply {
-        /// Two bands against the clamped cosine about the shading normal, half a cell off along it: a position and a
-        /// perturbed normal are all that the source's page takes.
+        /// Two bands times the clamped cosine about the shading normal, at a position shifted by half a cell along it:
+        /// the source's page uses only a position and a perturbed normal.
         Sh = "sh",
-        /// Flux across a face that has the surface's orientation, a cell off it, where no such surface stands.
+        /// The flux across a face with the surface's orientation, one cell away, in cells without such a surface.
         Flux = "flux",
     }
 }
 
 table! {
-    /// The defaults are the preset `lpv`.
+    /// The defaults are those of the preset `lpv`.
     Settings as "lpv" {
         edge: u32 = 32, in "cells per edge", Range::PowerOfTwo(16, 64);
         "edge of the grids that light travels through; they have lists of their own";
@@ -62,12 +63,12 @@ table! {
         "propagation in proportion";
         cascades: u32 = 1, in "grids" rare, Range::Whole(1, 3);
         "nested grids: the coarsest is the base grid's cube, each finer one has half its side, about the camera";
-        "every pass of the method, in proportion; lists are made anew when the camera leaves a cell";
+        "every pass of the method, in proportion; lists are rebuilt when the camera leaves a cell";
         occlusion: Occlusion = Occlusion::Sheets, in "choice" rare, names!(Occlusion);
         "blocking between cells: none, areas in two bands (sh), or areas along the axes (sheets)";
         "little";
         lobe: Lobe = Lobe::Beam, in "choice" rare, names!(Lobe);
-        "spread of a cell's light: the clamped cosine, the same with faces of integral π, which passes on a quarter, or a beam as narrow as the light";
+        "spread of a cell's light: the clamped cosine, the same with a quarter of the light (cosine-pi), or a beam as narrow as the light";
         "beam: a little slower, images of two texels a cell instead of four";
         sharpness: f32 = 0.5, in "cosine" rare, Range::Number(0.0, 0.95);
         "mean cosine of the narrowest beam: thirty directions cannot tell narrower ones apart";
@@ -85,7 +86,7 @@ table! {
 }
 
 impl Settings {
-    /// As the source's page and its author's other publications have it, where they say something.
+    /// The form of the source's page and its author's other publications, where they specify one.
     pub fn printed() -> Self {
         Self {
             lobe: Lobe::CosinePi,
@@ -98,8 +99,8 @@ impl Settings {
         }
     }
 
-    /// Steps of propagation per bounce. A sky comes in from the border: in as many steps as cells half of its light has
-    /// not reached the middle.
+    /// Steps of propagation per bounce. The light of a sky enters at the border: after as many steps as cells, half of
+    /// it has not reached the middle.
     pub fn steps(&self, sky: bool) -> u32 {
         self.iterations.unwrap_or(if sky { 2 * self.edge } else { self.edge })
     }

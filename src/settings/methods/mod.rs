@@ -2,20 +2,21 @@
 
 use super::{Key, choices};
 
-/// Gives the list of methods to the macro `$with`: a variant, its name, which is the name of its folders too, and what
-/// it is.
+/// Passes the list of methods to the macro `$with`: a variant, its name, which is also the name of its folders, and its
+/// meaning.
 macro_rules! methods {
     ($with:ident) => {
         $with! {
-            /// Direct light alone.
+            /// Direct light only.
             None = "none" in none,
             /// Voxel cone tracing, as in the talk.
             Cones = "cones" in cones,
-            /// Exact rays that find what the voxels shade; neighbouring pixels share them.
+            /// Exact rays that read cached light of surfaces; neighbouring pixels share them.
             Rays = "rays" in rays,
-            /// Light propagation volumes: light that travels from cell to cell of a coarse grid.
+            /// Light propagation volumes: light travels from cell to cell of a coarse grid.
             Lpv = "lpv" in lpv,
-            /// Voxel cone tracing derived from photon mapping: a voxel sends its photons' light in sixteen directions.
+            /// Voxel cone tracing derived from photon mapping: a voxel stores the light of its photons in sixteen
+            /// directions.
             Photons = "photons" in photons,
         }
     };
@@ -27,7 +28,7 @@ macro_rules! tables {
         $(pub mod $module;)+
 
         choices! {
-            /// How light from elsewhere is found.
+            /// The method of indirect light.
             Method { $($(#[$doc])* $variant = $name),+ }
         }
 

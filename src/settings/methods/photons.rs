@@ -1,35 +1,36 @@
-//! The table `[photons]`: what the notes leave open, and what is mended of what they print.
+//! The settings `[photons]`: points that the notes leave open, and corrections of their formulas.
 
 use crate::settings::{Form, Key, Range, choices, names, switches, table};
 
 choices! {
-    /// Which voxels a triangle fills.
+    /// The rule by which a triangle fills voxels.
     Voxels {
-        /// Those into which samples of a multisampled raster fall.
+        /// Voxels that contain samples of a multisampled raster.
         Samples = "samples",
-        /// All that it touches, as [`grid.conservative`](crate::settings::Conservative) says; a raster counts samples.
+        /// All voxels that the triangle touches, found by [`grid.conservative`](crate::settings::Conservative); a
+        /// raster counts the samples.
         Conservative = "conservative",
     }
 
-    /// How the spheres of a cone hide each other.
+    /// The compositing of a cone's spheres.
     Composite {
-        /// Each hides a share of what is behind it, as if they were independent.
+        /// Each sphere hides a share of the spheres behind it, as if they were independent.
         Over = "over",
-        /// Shares that spheres hide add up to 1: neighbours find parts of one wall.
+        /// The hidden shares add up to at most 1, because neighbouring spheres find parts of one wall.
         Sum = "sum",
     }
 
-    /// How much a voxel stands in the way.
+    /// The opacity of a voxel.
     Opacity {
-        /// The share of samples of the triangle's column, the same from everywhere.
+        /// The share of samples of the triangle's column, equal in all directions.
         Samples = "samples",
-        /// The area that the samples measure, as it faces travellers along each axis, to and fro.
+        /// The measured area as seen along each axis, separately for both directions.
         Sided = "sided",
     }
 
     /// Quantity that the exponentially weighted visibility multiplies.
     AoMultiplies {
-        /// Nothing: it is a layer.
+        /// Nothing: visibility is only a layer.
         Nothing = "nothing",
         /// All light that a cone finds.
         Light = "light",
@@ -37,7 +38,7 @@ choices! {
 }
 
 table! {
-    /// The defaults are the preset `photons`: every fault of the notes mended.
+    /// The defaults are those of the preset `photons`: every error of the notes is corrected.
     Settings as "photons" {
         diffuse: u32 = 8, in "cones", Range::Whole(1, 128);
         "cones for diffuse light per gathered pixel, cosine-distributed, each as wide as its share";
@@ -49,11 +50,10 @@ table! {
         "cones for a rough mirrored lobe; a smooth one takes one";
         "a cone each, where something is glossy";
         voxelise: Voxels = Voxels::Samples, in "choice" rare, names!(Voxels);
-        "which voxels a triangle fills: those that samples of a multisampled raster find, or all that it touches, where \
-         a raster counts samples afterwards";
+        "voxels that a triangle fills: those that samples of a multisampled raster find, or all that it touches";
         "conservative adds an exact test of every voxel, and the pass cover";
         samples: u32 = 8, in "samples" rare, Range::OneOf(&[1, 4, 8]);
-        "samples per pixel that measure how much of a voxel a triangle fills; the most that the device has, up to this";
+        "samples per pixel that measure how much of a voxel a triangle fills, as far as the device has them";
         "the pass that takes them alone: voxelise, or cover";
         opacity: Opacity = Opacity::Sided, in "choice" rare, names!(Opacity);
         "opacity of a voxel: its share of samples in every direction, or the area along the direction";
@@ -89,7 +89,7 @@ table! {
 }
 
 switches! {
-    /// Faults that the notes print and that are neither a choice nor a number above, each on its own.
+    /// Errors of the notes that are neither a choice nor a number above.
     "photons.ledger", "see docs/notes/photons.md";
     beer 0 "exponent of Beer's law, with composite = over: diameter/increment, or length/edge",
     steps 1 "spheres: h' = (h + hR)/(1 − R) for every R, or bounded",
@@ -103,7 +103,7 @@ switches! {
 }
 
 impl Settings {
-    /// The preset `photons-printed`: the notes' formulas, where they can run.
+    /// The preset `photons-printed`: the formulas of the notes, where they can run.
     pub fn printed() -> Self {
         Self {
             opacity: Opacity::Samples,

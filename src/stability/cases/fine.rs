@@ -1,4 +1,4 @@
-//! Things that are small, smooth, or at the grid's border.
+//! Cases with small or smooth details, and at the border of the grid.
 
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ use crate::stability::cell::Cell;
 use crate::stability::fine_scenes::{
     BORDERS, GLASS, THIN, border_room, glass, glossy_floor, paper, slope, slope_radiance, thin_screen,
 };
-use crate::stability::stage::Studio;
+use crate::stability::stage::CaseRenderer;
 
 /// The functions of the cases, by their names in `src/stability/cases.toml`.
 pub const RUNS: &[(&str, Run)] = &[
@@ -27,7 +27,7 @@ pub const RUNS: &[(&str, Run)] = &[
     ("edges", edges),
 ];
 
-/// Some of the places, so that several scenes of a case take no longer than one of another.
+/// A few of the places, so that several scenes of a case take no longer than one of another.
 fn few(cell: &Cell) -> Vec<Place> {
     cell.turned_places().into_iter().take(3).collect()
 }
@@ -43,7 +43,7 @@ fn columns(pixels: &[[f32; 3]], first: usize, end: usize) -> Vec<f64> {
     (0..width).map(|x| (first..end).map(|y| sum(&pixels[y * width + x..=y * width + x])).sum()).collect()
 }
 
-/// Half the height of what a view shows at a distance of 1.
+/// Half the height that a view shows at a distance of 1.
 fn tangent(view: &View) -> f64 {
     let Projection::Perspective { fov, .. } = view.projection else { unreachable!("the view is a perspective one") };
     f64::from(0.5 * fov).tan()
@@ -66,7 +66,7 @@ fn banding(cell: &Cell) -> Result<Vec<Sample>> {
     })
 }
 
-/// How wide a step is, in columns: of a ramp, two thirds of its width.
+/// The width of a step in columns; for a ramp it is two thirds of the ramp's width.
 fn step_width(profile: &[f64]) -> f64 {
     let end = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (high, low) = (end(&profile[..4]), end(&profile[profile.len() - 4..]));
@@ -76,10 +76,10 @@ fn step_width(profile: &[f64]) -> f64 {
 
 fn lobe_width(cell: &Cell) -> Result<Vec<Sample>> {
     let size = SIZE as usize;
-    // Noise makes an edge seem narrower.
+    // Noise makes an edge appear narrower.
     let smooth = |profile: Vec<f64>| profile.windows(4).map(|w| w.iter().sum::<f64>() / 4.0).collect::<Vec<_>>();
     let width = |pixels: &[[f32; 3]]| step_width(&smooth(columns(pixels, size / 2, 3 * size / 4)));
-    // With 1 the edge is wider than the image, and has no ends.
+    // With roughness 1 the edge is wider than the image.
     of_all(&[0.1, 0.2, 0.3, 0.5, 0.7], |roughness| {
         let name = format!("roughness {roughness}");
         let places = &few(cell)[..2];
@@ -87,9 +87,9 @@ fn lobe_width(cell: &Cell) -> Result<Vec<Sample>> {
     })
 }
 
-/// The mean of images whose view is shifted within a pixel, so that edges seen directly or through glass are filtered
-/// as the path tracer filters them.
-fn filtered(studio: &mut Studio, place: &Place) -> Result<Pixels> {
+/// The mean of images with views shifted within a pixel, so that edges seen directly or through glass are filtered like
+/// those of the path tracer.
+fn filtered(studio: &mut CaseRenderer, place: &Place) -> Result<Pixels> {
     const SIDE: u32 = 4;
     let (pose, view) = (studio.stage.pose(), studio.stage.view);
     let pixel = 2.0 * tangent(&view) / f64::from(SIZE);
@@ -110,7 +110,7 @@ fn refraction(cell: &Cell) -> Result<Vec<Sample>> {
         let stage = glass(kind, *ior);
         let truth = cell.film(&stage, &stage.pose(), Depth::Full, 0)?.layers(&[]);
         let truth = truth.beauty();
-        let mut studio = Studio::new(cell, stage)?;
+        let mut studio = CaseRenderer::new(cell, stage)?;
         let sample = |place: &Place| {
             let image = filtered(&mut studio, place)?;
             let more = vec![("energy", energy(&image, truth))];
@@ -125,7 +125,7 @@ fn edges(cell: &Cell) -> Result<Vec<Sample>> {
     of_all(&BORDERS, |kind| {
         let offset = DVec3::splat(if kind.ends_with("outside") { 0.25 } else { 0.0 });
         let place = Place { offset, degrees: 0.0 };
-        let usual = sum(Studio::new(cell, border_room(kind))?.shoot(&place)?.beauty());
+        let usual = sum(CaseRenderer::new(cell, border_room(kind))?.shoot(&place)?.beauty());
         against_truth_at(&without_margin, border_room(kind), kind, &[place], |image, _| sum(image) / usual)
     })
 }

@@ -1,4 +1,4 @@
-//! Changes that should change nothing.
+//! Cases with changes that must not affect the image.
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -9,7 +9,7 @@ use crate::scene::{LightKind, Projection, Transform};
 use crate::stability::case::{Pixels, Place, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::scenes::{BAD_TRIANGLES, room, with_bad_triangles};
-use crate::stability::stage::{Stage, Studio};
+use crate::stability::stage::{CaseRenderer, Stage};
 
 /// The functions of the cases, by their names in `src/stability/cases.toml`.
 pub const RUNS: &[(&str, Run)] = &[
@@ -21,7 +21,7 @@ pub const RUNS: &[(&str, Run)] = &[
     ("bad-triangles", bad_triangles),
 ];
 
-/// Rotations and mirrors of the cube: what becomes of x, y and z.
+/// Rotations and reflections of the cube: the images of x, y and z.
 const SYMMETRIES: [([usize; 3], [f64; 3], &str); 8] = [
     ([0, 2, 1], [1.0, -1.0, 1.0], "a quarter turn about x"),
     ([2, 1, 0], [1.0, 1.0, -1.0], "a quarter turn about y"),
@@ -33,9 +33,9 @@ const SYMMETRIES: [([usize; 3], [f64; 3], &str); 8] = [
     ([1, 0, 2], [1.0, 1.0, 1.0], "x and y swapped"),
 ];
 
-/// A number of the images under the symmetries, as if they were plain, and of the plain image.
+/// A number of the transformed-back images under the symmetries, compared with the original image.
 fn symmetry(cell: &Cell, number: impl Fn(&[[f32; 3]], &[[f32; 3]]) -> f64) -> Result<Vec<Sample>> {
-    let mut studio = Studio::new(cell, room())?;
+    let mut studio = CaseRenderer::new(cell, room())?;
     let plain = studio.shoot_at(&DAffine3::IDENTITY)?;
     let count = if cell.effort.places < SYMMETRIES.len() { 4 } else { SYMMETRIES.len() };
     let sample = |(axes, signs, words): &([usize; 3], [f64; 3], &str)| {
@@ -50,15 +50,15 @@ fn symmetry(cell: &Cell, number: impl Fn(&[[f32; 3]], &[[f32; 3]]) -> f64) -> Re
     SYMMETRIES.iter().step_by(SYMMETRIES.len() / count).map(sample).collect()
 }
 
-/// The image of a stage on a device of its own, at a place in the grid where nothing lies on a voxel's border.
+/// The image of a stage on a new device, at a place in the grid where nothing lies on a voxel's border.
 fn image_of(cell: &Cell, stage: Stage, center: DVec3) -> Result<Pixels> {
-    let mut studio = Studio::about(cell, stage, center)?;
+    let mut studio = CaseRenderer::about(cell, stage, center)?;
     let place = Place::all(2, false)[1].world(studio.stage.voxel_m(&cell.settings));
     Ok(studio.shoot_at(&(DAffine3::from_translation(center) * place))?.beauty().to_vec())
 }
 
-/// The images of changes to the room, as if nothing had changed, and the plain one. `image`: of a change, with its
-/// words.
+/// Images of changes to the room, with the changes undone, and the original image. `image` renders a change and
+/// describes it.
 fn changes<T>(changes: &[T], cell: &Cell, image: impl Fn(&T) -> Result<(String, Pixels)>) -> Result<Vec<Sample>> {
     let plain = image_of(cell, room(), DVec3::ZERO)?;
     let sample = |change: &T| {
@@ -68,7 +68,7 @@ fn changes<T>(changes: &[T], cell: &Cell, image: impl Fn(&T) -> Result<(String, 
     changes.iter().map(sample).collect()
 }
 
-/// The whole list, or of `--quick` its first and last.
+/// The whole list, or its first and last element for `--quick`.
 fn extremes<T: Copy>(cell: &Cell, all: &[T]) -> Vec<T> {
     if cell.effort.places < 8 { vec![all[0], all[all.len() - 1]] } else { all.to_vec() }
 }
@@ -78,7 +78,7 @@ fn scale(cell: &Cell) -> Result<Vec<Sample>> {
     changes(&factors, cell, |factor| Ok((format!("×{factor}"), image_of(cell, scaled(room(), *factor), DVec3::ZERO)?)))
 }
 
-/// Scales a scene so that its image stays the same: irradiance at a point light's distance stays.
+/// Scales a scene so that its image is unchanged: the irradiance from a point light stays equal.
 fn scaled(mut stage: Stage, factor: f64) -> Stage {
     let scale = DAffine3::from_scale(DVec3::splat(factor));
     for node in &mut stage.scene.nodes {
@@ -116,10 +116,10 @@ fn brightness(cell: &Cell) -> Result<Vec<Sample>> {
 
 fn bad_triangles(cell: &Cell) -> Result<Vec<Sample>> {
     let places: Vec<Place> = Place::all(cell.effort.places, false).into_iter().take(3).collect();
-    let mut plain = Studio::new(cell, room())?;
+    let mut plain = CaseRenderer::new(cell, room())?;
     let truths = places.iter().map(|place| plain.shoot(place)).collect::<Result<Vec<_>>>()?;
     of_all(&BAD_TRIANGLES, |kind| {
-        let mut bad = Studio::new(cell, with_bad_triangles(kind))?;
+        let mut bad = CaseRenderer::new(cell, with_bad_triangles(kind))?;
         let sample = |(place, truth): (&Place, &Layers)| {
             let (image, truth) = (bad.shoot(place)?, truth.beauty());
             let number = rel(image.beauty(), truth);

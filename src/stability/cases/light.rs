@@ -1,5 +1,4 @@
-//! How much light arrives, where that is known: in simple scenes, of lamps that are many or bright, in scenes made by
-//! chance.
+//! Cases with a known amount of light: in simple scenes, with many or bright lamps, and in random scenes.
 
 use glam::DVec3;
 
@@ -17,7 +16,7 @@ use crate::stability::scenes::{
     ROOM, STANDING, add_lamp, at, corridor, furnace, lit_square, mirror_room, room, room_with, sphere, standing,
     thousand_lamps,
 };
-use crate::stability::stage::Studio;
+use crate::stability::stage::CaseRenderer;
 
 /// The functions of the cases, by their names in `src/stability/cases.toml`.
 pub const RUNS: &[(&str, Run)] = &[
@@ -35,19 +34,19 @@ pub const RUNS: &[(&str, Run)] = &[
     ("random", random_scenes),
 ];
 
-/// The light on a floor within three pixels of a thing that stands on it, over the path tracer's.
+/// The light on a floor within three pixels of an object on it, over the path tracer's.
 fn contacts(cell: &Cell) -> Result<Vec<Sample>> {
     of_all(&STANDING, |kind| {
         let stage = standing(kind);
         let view = stage.view;
         let film = cell.film(&stage, &stage.pose(), same_depth(&stage.scene, &cell.settings), 0)?;
         let truth = film.layers(&[Aov::Direct]);
-        let mut studio = Studio::new(cell, stage)?;
+        let mut studio = CaseRenderer::new(cell, stage)?;
         let sample = |place: &Place| {
             let image = studio.shoot(place)?;
             let places = Shown { image: &image, view };
             let on_floor = |i: usize| places.place(i).is_some_and(|at| (at.y + ROOM).abs() < 1e-3);
-            // Walls are further off, and so is the ceiling.
+            // Walls and the ceiling are farther away.
             let on_thing = |i: usize| {
                 let inside = |at: DVec3| at.x.abs().max(at.z.abs()) < 0.98 && at.y < 0.65 - ROOM;
                 !on_floor(i) && places.place(i).is_some_and(inside)
@@ -70,8 +69,8 @@ fn furnaces(cell: &Cell, albedo: f32) -> Result<Vec<Sample>> {
     let (stage, albedo) = (furnace(albedo), f64::from(albedo));
     let ideal = match cell.settings.bounces {
         Bounces::All => 1.0 / (1.0 - albedo),
-        // Emission, its direct light, and as many bounces. The first gather finds the direct light of lamps that are
-        // gathered.
+        // The total includes emission, its direct light, and the bounces. The first gather finds the direct light of
+        // gathered lamps.
         finite => {
             let terms = finite.stored() + 2 - u32::from(cell.settings.lights.lamps == LampLight::Gathered);
             (0..terms).map(|k| albedo.powi(k as i32)).sum()
@@ -89,7 +88,7 @@ fn furnaces(cell: &Cell, albedo: f32) -> Result<Vec<Sample>> {
 fn spheres(cell: &Cell) -> Result<Vec<Sample>> {
     at_places(cell, sphere(), |studio, place| {
         let image = studio.shoot(place)?;
-        // Pixels at the sphere's outline show the sky too.
+        // Pixels at the sphere's outline also show the sky.
         let width = image.width as usize;
         let inside = |i: &usize| {
             let [x, y] = [i % width, i / width].map(|at| (at as f64 + 0.5) / width as f64 - 0.5);
@@ -126,7 +125,7 @@ fn random_scenes(cell: &Cell) -> Result<Vec<Sample>> {
         let film = |seed| Ok(cell.film(&stage, &pose, depth, seed)?.layers(&[]));
         let (a, b) = (film(0)?, film(1)?);
         let on_its_grid = Cell { settings: stage.with_its_grid(&cell.settings), ..cell.clone() };
-        let image = Studio::new(&on_its_grid, stage)?.shoot(&place)?;
+        let image = CaseRenderer::new(&on_its_grid, stage)?.shoot(&place)?;
         let [image, a, b] = [&image, &a, &b].map(|layers| layers.beauty());
         let bound = random::bound(a);
         let [image_level, a_level, b_level] = [image, a, b].map(|pixels| random::level(pixels, bound));

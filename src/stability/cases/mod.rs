@@ -1,4 +1,4 @@
-//! The cases.
+//! All cases.
 
 mod fine;
 mod invariance;
@@ -13,7 +13,7 @@ use serde::Deserialize;
 
 use super::case::{Case, Place, Sample};
 use super::cell::Cell;
-use super::stage::{Stage, Studio};
+use super::stage::{CaseRenderer, Stage};
 use crate::Result;
 use crate::layers::{Aov, Layers};
 use crate::measure::metrics::{self, NonFinite};
@@ -47,7 +47,7 @@ impl Case {
     /// A sample for each place.
     ///
     /// # Errors
-    /// The reason that keeps it from running.
+    /// The reason why it could not run.
     pub fn run(&self, cell: &Cell) -> Result<Vec<Sample>> {
         let (_, run) = runs().find(|(name, _)| *name == self.name).expect("a test finds every case's function");
         run(cell)
@@ -55,8 +55,12 @@ impl Case {
 }
 
 /// A sample of a stage at each of the turned places.
-fn at_places(cell: &Cell, stage: Stage, sample: impl Fn(&mut Studio, &Place) -> Result<Sample>) -> Result<Vec<Sample>> {
-    let mut studio = Studio::new(cell, stage)?;
+fn at_places(
+    cell: &Cell,
+    stage: Stage,
+    sample: impl Fn(&mut CaseRenderer, &Place) -> Result<Sample>,
+) -> Result<Vec<Sample>> {
+    let mut studio = CaseRenderer::new(cell, stage)?;
     cell.turned_places().iter().map(|place| sample(&mut studio, place)).collect()
 }
 
@@ -65,20 +69,20 @@ fn of_all<T>(scenes: &[T], samples: impl FnMut(&T) -> Result<Vec<Sample>>) -> Re
     Ok(scenes.iter().map(samples).collect::<Result<Vec<_>>>()?.concat())
 }
 
-/// An image with the layer of depth, and the view that it shows.
+/// An image with the layer of depth, and its view.
 struct Shown<'a> {
     image: &'a Layers,
     view: View,
 }
 
 impl Shown<'_> {
-    /// Where the middle of a pixel meets the scene as it stands about the origin; `None` where it meets nothing.
+    /// The point of the scene at the middle of a pixel, with the scene centred at the origin; `None` without a surface.
     fn place(&self, pixel: usize) -> Option<DVec3> {
         let depth = self.image.get(Aov::Depth)?[pixel][0];
         self.view.surface(pixel, (self.image.width, self.image.height), depth)
     }
 
-    /// The pixels within `reach` of a pixel along both sides, itself too.
+    /// The pixels within `reach` of a pixel along both axes, including itself.
     fn about(&self, pixel: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
         let [width, height] = [self.image.width, self.image.height].map(|side| side as usize);
         let near = move |at: usize, side: usize| at.saturating_sub(reach)..(at + reach + 1).min(side);
@@ -96,10 +100,10 @@ fn energy(image: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
     sum(image) / sum(reference)
 }
 
-/// [`metrics::metrics`]' `rel` of an image; NaN for an image with values that are not finite, and beside a black one.
+/// The `rel` of [`metrics::metrics`]; NaN for an image with non-finite values, or with a black reference.
 fn rel(image: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
     match metrics::metrics(image, reference, "reference") {
-        Ok(metrics) if NonFinite::of(image).count() == 0 => metrics.rel,
+        Ok(metrics) if NonFinite::of_pixels(image).count() == 0 => metrics.rel,
         _ => f64::NAN,
     }
 }

@@ -1,4 +1,4 @@
-//! Changes from frame to frame.
+//! Cases with changes over time.
 
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -13,7 +13,7 @@ use crate::stability::case::{Pixels, Place, Sample};
 use crate::stability::cell::Cell;
 use crate::stability::motion::{changes, excess, mean};
 use crate::stability::scenes::{DOOR, add_lamp, at, doorway, room, room_with};
-use crate::stability::stage::{Stage, Studio};
+use crate::stability::stage::{CaseRenderer, Stage};
 
 /// The functions of the cases, by their names in `src/stability/cases.toml`.
 pub const RUNS: &[(&str, Run)] = &[
@@ -28,19 +28,19 @@ pub const RUNS: &[(&str, Run)] = &[
     ("light-off", |cell| step(&cell.with("bounces=all")?, 1.0, 0.02)),
 ];
 
-/// Steps along the way, counted from 0 to the effort's.
+/// Steps of a motion, from 0 to the number of the effort.
 fn along(cell: &Cell) -> impl Iterator<Item = f64> + use<> {
     (0..=cell.effort.steps).map(|step| step as f64)
 }
 
-/// The temporal excess of frames over those that they should be. `more`: further numbers.
+/// The temporal excess of frames over their references. `more` are further numbers.
 fn sample_of(place: &Place, frames: &[Layers], truths: &[Layers], more: &[(&'static str, f64)]) -> Result<Sample> {
     let (excess, worst) = excess(frames, truths)?;
     let flip = |(frame, truth)| Ok(metrics::compare(frame, truth, Subtract::Own)?.flip);
     let flips: Vec<f64> = frames.iter().zip(truths).map(flip).collect::<Result<_>>()?;
     let flip = flips.iter().sum::<f64>() / flips.len() as f64;
     let mut all = vec![("worst 1 % of pixels", worst), ("FLIP of a frame", flip)];
-    // Absent where the reference stands still.
+    // The number is absent if the reference does not change.
     let should = changes(truths);
     all.extend((should > 0.0).then(|| ("change over the reference's", changes(frames) / should)));
     all.extend(more);
@@ -58,7 +58,7 @@ fn slide(cell: &Cell) -> Result<Vec<Sample>> {
     })
 }
 
-/// A motion against the path tracer's: the pose at each step.
+/// A motion compared with the path tracer; `pose` gives the pose of each step.
 fn motion(cell: &Cell, stage: Stage, pose: impl Fn(f64) -> Pose) -> Result<Vec<Sample>> {
     let (truths, noise) = truths(cell, &stage, &pose)?;
     at_places(cell, stage, |studio, place| {
@@ -68,9 +68,9 @@ fn motion(cell: &Cell, stage: Stage, pose: impl Fn(f64) -> Pose) -> Result<Vec<S
     })
 }
 
-/// Path-traced frames, and how much of an excess their own noise is. Each is the mean of two of other seeds, so half
-/// the difference of these has the error's distribution; one seed gives every frame the same random numbers, and what
-/// does not change the same noise.
+/// Path-traced frames, and the excess due to their own noise. Each is the mean of two images with different seeds, so
+/// half their difference has the distribution of the error. Each seed gives all frames the same random numbers, so that
+/// unchanged parts have unchanged noise.
 fn truths(cell: &Cell, stage: &Stage, pose: &impl Fn(f64) -> Pose) -> Result<(Vec<Layers>, f64)> {
     let depth = same_depth(&stage.scene, &cell.settings);
     let series = |seed| {
@@ -106,12 +106,12 @@ fn lamp(cell: &Cell) -> Result<Vec<Sample>> {
 fn door(cell: &Cell) -> Result<Vec<Sample>> {
     let stage = doorway(0.005);
     let door = stage.scene.instances.len() - 1;
-    // From beside the doorway.
+    // The view is from beside the doorway.
     let (open, steps) = (2.0 * f64::from(DOOR[1]) + 0.04, cell.effort.steps as f64);
     motion(cell, stage.clone(), |step| with_moved(&stage, door, DVec3::Z * open * (1.0 - step / steps)))
 }
 
-/// Share of the pixels that differ in any bit.
+/// The share of pixels that differ in any bit.
 fn changed(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
     let differ = |(a, b): &(&[f32; 3], &[f32; 3])| a.map(f32::to_bits) != b.map(f32::to_bits);
     a.iter().zip(b).filter(differ).count() as f64 / a.len() as f64
@@ -122,7 +122,7 @@ fn flicker(cell: &Cell, all: bool) -> Result<Vec<Sample>> {
         let first = studio.shoot_anew(place)?;
         let mut worst = 0.0f64;
         for frame in 0..4 {
-            // With feedback light made anew goes on from what it was.
+            // With feedback, rebuilt light continues from its earlier state.
             if frame >= 2 && !all {
                 studio.renderer.make_anew();
             }
@@ -145,17 +145,18 @@ fn turn(cell: &Cell) -> Result<Vec<Sample>> {
     })
 }
 
-/// The most frames that a step is followed for.
+/// The maximum number of frames after a step.
 const MOST_FRAMES: usize = 24;
 
-/// A light that goes from one brightness to another.
+/// A light that changes from one brightness to another.
 fn step(cell: &Cell, before: f32, after: f32) -> Result<Vec<Sample>> {
     let lit = |brightness: f32| {
         room_with(|scene| scene.add_light(LightKind::Point, Vec3::splat(2.0 * brightness), at(0.2, 0.6, 0.1)))
     };
-    let mut studio = Studio::new(cell, lit(after))?;
+    let mut studio = CaseRenderer::new(cell, lit(after))?;
     let sample = |place: &Place| {
-        // Still light is the mean of many passes in the end, light that changes is of one: like is compared with like.
+        // Static light is finally the mean of many passes, and changing light is from one pass: each is compared with
+        // its like.
         let mut follow = |first: f32| {
             let pose = studio.stage.pose();
             studio.renderer.change_scene(lit(first).scene, &pose, &[])?;

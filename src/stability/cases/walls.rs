@@ -1,4 +1,4 @@
-//! Light that walls let through although they should not, or keep back although they should let it through.
+//! Cases of walls and gaps: light that passes where it should not, or is blocked where it should pass.
 
 use super::{Run, Shown, at_places, energy, of_all, rel, sum};
 use crate::Result;
@@ -14,7 +14,7 @@ use crate::stability::scenes::{
     DARK, LIT, back_side, behind, divided, doorway, fenced, on_edge, roof, two_rooms, view, views_of_roof,
     views_on_edge,
 };
-use crate::stability::stage::{Stage, Studio};
+use crate::stability::stage::{CaseRenderer, Stage};
 
 /// The functions of the cases, by their names in `src/stability/cases.toml`.
 pub const RUNS: &[(&str, Run)] = &[
@@ -57,8 +57,8 @@ fn brightest(image: &Layers, pixel: usize) -> f64 {
     f64::from(image.beauty()[pixel].into_iter().fold(0.0, f32::max))
 }
 
-/// Of the pixels that show the stage's dark half, x > 0, and next to which none shows the lit one, the brightest, over
-/// the median of the lit half's.
+/// The brightest pixel that shows the stage's dark half, x > 0, without a neighbour that shows the lit half, over the
+/// median of the lit half.
 fn leaks_across(cell: &Cell, stage: &Stage, views: &[View]) -> Result<Vec<Sample>> {
     of_all(views, |view| {
         at_places(cell, Stage { view: *view, ..stage.clone() }, |studio, place| {
@@ -68,8 +68,8 @@ fn leaks_across(cell: &Cell, stage: &Stage, views: &[View]) -> Result<Vec<Sample
             let bright = |i: usize| brightest(&image, i);
             let pixels = 0..image.beauty().len();
             let is_lit = |i: usize| across(i).is_some_and(|x| x < 0.0);
-            // The lamp itself may be seen: so the median.
-            let lit = Spread::of(pixels.clone().filter(|&i| is_lit(i)).map(bright));
+            // The lamp itself may be visible, hence the median.
+            let lit = Spread::of_values(pixels.clone().filter(|&i| is_lit(i)).map(bright));
             let dark = pixels.filter(|&i| across(i).is_some() && !places.about(i, 1).any(is_lit)).map(bright);
             let number = dark.fold(0.0, f64::max) / lit.median;
             Ok(Sample::new(format!("{place}, eye at {}", view.eye), number, image.beauty()))
@@ -77,10 +77,10 @@ fn leaks_across(cell: &Cell, stage: &Stage, views: &[View]) -> Result<Vec<Sample
     })
 }
 
-/// The brightest pixel of the dark room behind a shut door, over the median of the lit room's.
+/// The brightest pixel of the dark room behind a closed door, over the median of the lit room.
 fn leaks_at_a_door(cell: &Cell) -> Result<Vec<Sample>> {
     leaks_in(cell, doorway(0.0), |dark, lit| {
-        let of = |image: &Layers| Spread::of((0..image.beauty().len()).map(|i| brightest(image, i)));
+        let of = |image: &Layers| Spread::of_values((0..image.beauty().len()).map(|i| brightest(image, i)));
         of(dark).max / of(lit).median
     })
 }
@@ -96,7 +96,7 @@ fn back_sides(cell: &Cell) -> Result<Vec<Sample>> {
     })
 }
 
-/// A number of the image and the path tracer's, at turned places.
+/// A number computed from the image and the path tracer's, at rotated places.
 pub fn against_truth(
     cell: &Cell,
     stage: Stage,
@@ -105,7 +105,7 @@ pub fn against_truth(
     against_truth_at(cell, stage, "", &cell.turned_places(), number)
 }
 
-/// As [`against_truth`], at `places` of a scene that is called `name` among others, or nothing.
+/// As [`against_truth`], at `places` of a scene. `name` distinguishes it from other scenes of the case, or is empty.
 pub fn against_truth_at(
     cell: &Cell,
     stage: Stage,
@@ -118,8 +118,8 @@ pub fn against_truth_at(
     let subtract = Subtract::in_scene(&stage.scene);
     let terms_differ = !terms::changes(&cell.settings).is_empty();
     let equal = Cell { settings: terms::on_equal_terms(&cell.settings), ..cell.clone() };
-    let mut equal = terms_differ.then(|| Studio::new(&equal, stage.clone())).transpose()?;
-    let mut studio = Studio::new(cell, stage)?;
+    let mut equal = terms_differ.then(|| CaseRenderer::new(&equal, stage.clone())).transpose()?;
+    let mut studio = CaseRenderer::new(cell, stage)?;
     let sample = |place: &Place| {
         let image = studio.shoot(place)?;
         let on_equal_terms = equal.as_mut().map(|studio| studio.shoot(place)).transpose()?;

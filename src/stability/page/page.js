@@ -89,7 +89,7 @@ function showDetail() {
   at("places").replaceChildren();
   for (const id of ["image", "truth"]) {
     at(id).src = row?.[id] ?? "data:,";
-    at(id).alt = row?.[id] ? `${state.case} with ${state.preset}${id === "truth" ? ", as it should be" : `, at ${row.measured.worst}`}` : "";
+    at(id).alt = row?.[id] ? `${state.case} with ${state.preset}${id === "truth" ? ", the correct image" : `, at ${row.measured.worst}`}` : "";
     at(id).parentElement.hidden = !row?.[id];
   }
   drawGrids(about);

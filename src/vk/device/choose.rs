@@ -1,4 +1,4 @@
-//! Which device is used, and how it is opened.
+//! Chooses a device and opens it.
 
 use super::features::Features;
 use super::host::HostDevice;
@@ -9,7 +9,7 @@ use ash::vk;
 use std::ffi::CStr;
 use std::sync::{Arc, Mutex};
 
-/// The device that was asked for, or the best one; `Error::Device` when it lacks something.
+/// The requested device, or the best one; `Error::Device` if it lacks a requirement.
 pub(in crate::vk) fn choose(instance: &Instance, wanted: Option<&str>) -> Result<(vk::PhysicalDevice, Capabilities)> {
     let variable = std::env::var("TWOBOUNCE_DEVICE").ok().filter(|value| !value.is_empty());
     let wanted = wanted.or(variable.as_deref());
@@ -24,7 +24,7 @@ pub(in crate::vk) fn choose(instance: &Instance, wanted: Option<&str>) -> Result
         None => {
             let rank = |&i: &usize| {
                 let (_, capabilities) = &found[i];
-                (!capabilities.missing().is_empty(), DeviceKind::of(capabilities.properties.device_type))
+                (!capabilities.missing().is_empty(), DeviceKind::of_type(capabilities.properties.device_type))
             };
             (0..found.len()).min_by_key(rank).expect("the list is not empty")
         }
@@ -40,7 +40,7 @@ pub(in crate::vk) fn choose(instance: &Instance, wanted: Option<&str>) -> Result
     )))
 }
 
-/// Index of the device that `wanted` names: an index, or a part of a name, in any case of letters.
+/// Index of the device that `wanted` selects: by an index, or by a part of a name in any case.
 fn pick(wanted: &str, names: &[String]) -> Result<usize> {
     if let Ok(index) = wanted.parse::<usize>()
         && index < names.len()
@@ -54,8 +54,8 @@ fn pick(wanted: &str, names: &[String]) -> Result<usize> {
     })
 }
 
-/// Makes the device with exactly these extensions and features, and one queue. Where
-/// `VK_KHR_pipeline_executable_properties` is among the extensions, its feature is on.
+/// Creates a device with exactly these extensions and features, and one queue. If
+/// `VK_KHR_pipeline_executable_properties` is among the extensions, its feature is enabled.
 pub(in crate::vk) fn open<'a>(
     instance: &Instance,
     physical: vk::PhysicalDevice,
@@ -75,7 +75,7 @@ pub(in crate::vk) fn open<'a>(
     }
     let mut subset = vk::PhysicalDevicePortabilitySubsetFeaturesKHR::default();
     if extensions.contains(&ash::khr::portability_subset::NAME) {
-        // All that it keeps of Vulkan is on.
+        // All queried features are enabled.
         let mut kept = vk::PhysicalDeviceFeatures2::default().push_next(&mut subset);
         // SAFETY: the device has the extension that the chained structure belongs to.
         unsafe { instance.raw.get_physical_device_features2(physical, &mut kept) };
@@ -84,7 +84,7 @@ pub(in crate::vk) fn open<'a>(
     }
     // SAFETY: the caller checked that every extension and feature exists.
     let device = unsafe { instance.raw.create_device(physical, &info, None) }?;
-    // SAFETY: the family has the queue that was asked for.
+    // SAFETY: the family has the requested queue.
     let queue = unsafe { device.get_device_queue(queue_family, 0) };
     Ok(HostDevice {
         instance: instance.raw.clone(),

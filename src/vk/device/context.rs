@@ -1,4 +1,4 @@
-//! The device that everything runs on.
+//! The device on which everything runs.
 
 use super::choose::{choose, open};
 use super::features::ray_query_extensions;
@@ -18,30 +18,30 @@ use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-/// How to make a [`Context`].
+/// Options of a [`Context`].
 #[derive(Clone, Debug, Default)]
 pub struct ContextOptions {
-    /// Part of a device's name, or its index in `twobounce info`. `None`: the variable `TWOBOUNCE_DEVICE`, then the
-    /// best device that has what is needed (discrete, integrated, virtual, CPU).
+    /// A part of a device's name, or its index in `twobounce info`. By default the variable `TWOBOUNCE_DEVICE`, then
+    /// the best device that meets the requirements (discrete, integrated, virtual, CPU).
     pub device: Option<String>,
-    /// Run under the validation layer, with synchronisation validation.
+    /// Whether to run under the validation layer, with synchronisation validation.
     pub validation: bool,
 }
 
-/// The extra knowledge that pipelines of a context give beside their results.
+/// Additional information from the pipelines of a context.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::vk) enum Telling {
     Nothing,
-    /// How much they read.
+    /// Counts of their reads.
     Reads,
     /// The driver's statistics of their programs.
     Executables,
 }
 
-/// An image that is still to be brought into its layout, and the barrier that does.
+/// An image without a layout, and the barrier that brings it into one.
 pub(in crate::vk) type FirstTransition = (Weak<dyn Any + Send + Sync>, vk::ImageMemoryBarrier2<'static>);
 
-/// A logical device with one queue, its limits, its pipeline cache and the account of its memory.
+/// A logical device with one queue, its limits, its pipeline cache and its memory allocator.
 pub struct Context {
     pub name: String,
     /// The driver's name and its own description of its version.
@@ -49,35 +49,34 @@ pub struct Context {
     /// (major, minor, patch)
     pub api_version: (u32, u32, u32),
     pub is_cpu: bool,
-    /// Pipelines count what they read; see [`Context::counting`].
+    /// Whether pipelines count their reads: see [`Context::counting`].
     pub(in crate::vk) counting: bool,
-    /// Where pipelines are described: see [`Context::describing`].
+    /// The extension that describes pipelines: see [`Context::describing`].
     pub(in crate::vk) executable_properties: Option<ash::khr::pipeline_executable_properties::Device>,
-    /// The driver loses descriptors in loops: see `src/vk/pipeline/early.rs`.
+    /// Whether the driver loses descriptors in loops: see `src/vk/pipeline/early.rs`.
     pub(in crate::vk) loses_descriptors: bool,
     #[cfg_attr(not(internals), doc(hidden))]
     pub limits: vk::PhysicalDeviceLimits,
-    /// `VK_EXT_conservative_rasterization` is enabled: [`RasterDesc::conservative`](crate::vk::RasterDesc) can be asked
-    /// for.
+    /// Whether `VK_EXT_conservative_rasterization` is enabled, for [`RasterDesc::conservative`](crate::vk::RasterDesc).
     #[cfg_attr(not(internals), doc(hidden))]
     pub conservative_rasterization: bool,
-    /// Geometry shaders are enabled.
+    /// Whether geometry shaders are enabled.
     #[cfg_attr(not(internals), doc(hidden))]
     pub geometry_shader: bool,
-    /// Acceleration structures and ray queries are enabled.
+    /// The extension of acceleration structures, if it and ray queries are enabled.
     pub(in crate::vk) structures: Option<ash::khr::acceleration_structure::Device>,
     pub(in crate::vk) allocated: AtomicU64,
-    /// Dropped before the device.
+    /// The allocator, which is dropped before the device.
     pub(in crate::vk) allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
-    /// Set when a wait timed out: the device may still be at work, so nothing of it may be destroyed.
+    /// Whether a wait timed out. The device may still be at work then, so its objects must not be destroyed.
     pub(in crate::vk) stuck: AtomicBool,
     lost: AtomicBool,
-    /// For tests: the next submission finds the device lost.
+    /// For tests: makes the next submission report a lost device.
     loses: AtomicBool,
     queue: Option<Arc<Mutex<vk::Queue>>>,
     pub(in crate::vk) queue_family: u32,
     pub(in crate::vk) commands: Mutex<Vec<CommandSet>>,
-    /// Without a queue: images that the next recording brings into their layout.
+    /// Without a queue: images that the next recording transitions.
     untransitioned: Mutex<Vec<FirstTransition>>,
     pub(in crate::vk) pipeline_cache: PipelineCache,
     pub(in crate::vk) pipelines: Pipelines,
@@ -88,7 +87,8 @@ pub struct Context {
     pub(in crate::vk) physical: vk::PhysicalDevice,
     device: ash::Device,
     pub(in crate::vk) instance: ash::Instance,
-    /// The instance, where it and the device were made here: they are destroyed with the context, a host's are not.
+    /// The instance, if it and the device were created here. They are destroyed with the context; those of a host are
+    /// not.
     own: Option<Instance>,
 }
 
@@ -98,15 +98,15 @@ impl Context {
         Self::with(options, Telling::Nothing)
     }
 
-    /// A device on which every shader that can (`glsl/common/count.glsl`) counts what it reads, zone by zone: slower,
-    /// and the same images. The counts come with the zones' times.
+    /// A device on which shaders with counters (`glsl/common/count.glsl`) count their reads for each zone. Frames are
+    /// slower, and images are the same. The counts are part of the zones' times.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn counting(options: &ContextOptions) -> Result<Arc<Self>> {
         Self::with(options, Telling::Reads)
     }
 
-    /// A device whose driver keeps what it knows of the pipelines, where it can, for [`Context::executables`]. It may
-    /// then compile pipelines anew that it would have found in its cache. The pipelines are the same.
+    /// A device whose driver keeps statistics of pipelines if it can, for [`Context::executables`]. It may then
+    /// recompile pipelines that are in its cache. The pipelines are the same.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn describing(options: &ContextOptions) -> Result<Arc<Self>> {
         Self::with(options, Telling::Executables)
@@ -123,25 +123,30 @@ impl Context {
         if describes {
             extensions.push(ash::khr::pipeline_executable_properties::NAME);
         }
-        let host = open(&instance, physical, queue_family, &extensions, capabilities.enabled_features())
-            .map_err(|result| Error::Device(format!("{name} cannot be opened ({result})")))?;
+        let host = open(&instance, physical, queue_family, &extensions, capabilities.enabled_features()).map_err(
+            |result| {
+                Error::Device(format!(
+                    "{name} cannot be opened ({result}): check its driver with vulkaninfo, or choose another device"
+                ))
+            },
+        )?;
         Self::assemble(host, capabilities, Some(instance), telling)
     }
 
-    /// How many pipelines were compiled so far.
+    /// The number of pipelines compiled so far.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn compiled_pipelines(&self) -> u64 {
         self.pipelines.compiled()
     }
 
-    /// Pipelines compiled so far in a run whose pipeline cache started empty; `None` if an earlier run had filled it.
-    /// Compiling them takes long, but only once.
+    /// The number of pipelines compiled so far if the pipeline cache was empty at the start, else `None`. Compiling
+    /// takes long, but only once.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn compiled_anew(&self) -> Option<u64> {
         Some(self.compiled_pipelines()).filter(|_| self.pipeline_cache.is_cold())
     }
 
-    /// The context over a device that has everything that is needed: a host's, or one of `own`.
+    /// A context over a device that meets all requirements: a host's, or one of `own`.
     pub(in crate::vk) fn assemble(
         host: HostDevice<'_>,
         capabilities: Capabilities,
@@ -178,7 +183,7 @@ impl Context {
             counting: telling == Telling::Reads,
             executable_properties: (telling == Telling::Executables)
                 .then(|| ash::khr::pipeline_executable_properties::Device::new(&instance, &device)),
-            is_cpu: DeviceKind::of(capabilities.properties.device_type) == DeviceKind::Cpu,
+            is_cpu: DeviceKind::of_type(capabilities.properties.device_type) == DeviceKind::Cpu,
             loses_descriptors: capabilities.loses_descriptors,
             limits: capabilities.properties.limits,
             conservative_rasterization: enabled(ash::ext::conservative_rasterization::NAME),
@@ -212,23 +217,24 @@ impl Context {
         &self.device
     }
 
-    /// Whether rays can be the device's own queries: it can, and that is enabled.
+    /// Whether the device's ray queries can trace rays: they are supported and enabled.
     pub fn has_ray_queries(&self) -> bool {
         self.structures.is_some()
     }
 
-    /// Every error and warning of the validation layer so far, advice on performance left out. Empty on a host's
-    /// device: the host's own messenger gets them.
+    /// Every error and warning of the validation layer so far, without performance advice. Empty on a host's device,
+    /// whose own messenger receives them.
     pub fn validation_messages(&self) -> Vec<String> {
         self.own.as_ref().map_or_else(Vec::new, |own| lock(&own.messages).clone())
     }
 
-    /// As [`Self::validation_messages`], and forgets them.
+    /// As [`Self::validation_messages`], and clears them.
     pub fn take_validation_messages(&self) -> Vec<String> {
         self.own.as_ref().map_or_else(Vec::new, |own| std::mem::take(&mut *lock(&own.messages)))
     }
 
-    /// Lets go of the context: all of [`Self::validation_messages`], with those about its end if nothing else holds it.
+    /// Drops the context and returns all of [`Self::validation_messages`], including those about its destruction if
+    /// nothing else holds it.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn close(self: Arc<Self>) -> Vec<String> {
         let messages = self.own.as_ref().map(|own| own.messages.clone());
@@ -236,13 +242,13 @@ impl Context {
         messages.map_or_else(Vec::new, |messages| lock(&messages).clone())
     }
 
-    /// Bytes of device memory taken from the driver now.
+    /// Bytes of device memory that are currently allocated from the driver.
     pub fn allocated_bytes(&self) -> u64 {
         self.allocated.load(Ordering::Relaxed)
     }
 
-    /// Bytes that may still be taken from the largest heap of the device's own memory: by the driver's account where it
-    /// keeps one, else the heap's size less what this context took.
+    /// Bytes that are still available in the largest device-local heap: as reported by the driver, or the heap's size
+    /// minus the allocations of this context.
     pub fn memory_budget(&self) -> u64 {
         let heaps = self.capabilities.memory.memory_heaps_as_slice();
         let local = |&i: &usize| heaps[i].flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL);
@@ -253,7 +259,7 @@ impl Context {
         }
     }
 
-    /// The queue, to be locked for a submission.
+    /// The queue, which is locked for each submission.
     pub(in crate::vk) fn queue(&self) -> Result<&Mutex<vk::Queue>> {
         self.queue.as_deref().ok_or_else(|| {
             Error::Device(format!(
@@ -264,7 +270,7 @@ impl Context {
         })
     }
 
-    /// Brings a new image into its layout: now where there is a queue, else in the next recording.
+    /// Transitions a new image: now if there is a queue, else in the next recording.
     pub(in crate::vk) fn transition_first(self: &Arc<Self>, transition: FirstTransition) -> Result<()> {
         if self.queue.is_some() {
             return immediate(self, |commands| record_image_barrier(self, commands, transition.1));
@@ -273,33 +279,34 @@ impl Context {
         Ok(())
     }
 
-    /// The images that are still to be brought into their layout, and are then no longer.
+    /// Takes the images that still need a transition.
     pub(in crate::vk) fn take_untransitioned(&self) -> Vec<FirstTransition> {
         std::mem::take(&mut *self.untransitioned.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// The device to destroy things with; `None` after a wait that timed out, when they are left to the process's end.
+    /// The device for destroying objects; `None` after a wait that timed out, when objects are left to the end of the
+    /// process.
     pub(in crate::vk) fn device_to_destroy_with(&self) -> Option<&ash::Device> {
         (!self.stuck.load(Ordering::Relaxed)).then_some(&self.device)
     }
 
-    /// Whether the driver gave up the device: another context may open it anew.
+    /// Whether the device is lost. Another context may open it again.
     pub fn is_lost(&self) -> bool {
         self.lost.load(Ordering::Relaxed)
     }
 
-    /// The next submission finds the device lost, as far as the program can tell: for tests.
+    /// For tests: makes the next submission report a lost device.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn lose(&self) {
         self.loses.store(true, Ordering::Relaxed);
     }
 
-    /// Whether this submission is the one of [`Self::lose`].
+    /// Whether this submission is that of [`Self::lose`].
     pub(in crate::vk) fn loses(&self) -> bool {
         self.loses.swap(false, Ordering::Relaxed)
     }
 
-    /// The error to report when `result` came back while `doing` something.
+    /// The error for `result`, which was returned while `doing` something.
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn error(&self, doing: &str, result: vk::Result) -> Error {
         match result {
@@ -329,10 +336,10 @@ impl Drop for Context {
             return;
         }
         let commands = std::mem::take(&mut *self.commands.lock().unwrap_or_else(PoisonError::into_inner));
-        // SAFETY: everything else made here holds this context, so all of it is gone.
+        // SAFETY: all other objects hold this context, so they no longer exist.
         unsafe {
             if self.own.is_some() {
-                // An error here is a lost device, and destroying is then still the right thing.
+                // An error here is a lost device, and destroying is still correct.
                 let _ = self.device.device_wait_idle();
             }
             for set in commands {
@@ -352,7 +359,7 @@ fn allocator(name: &str, desc: &AllocatorCreateDesc) -> Result<Allocator> {
     Allocator::new(desc).map_err(|error| Error::Device(format!("{name} gives no memory: {error}")))
 }
 
-/// `addresses`: whether buffers have some.
+/// `addresses` says whether buffers have device addresses.
 fn allocator_desc(
     instance: &ash::Instance,
     physical: vk::PhysicalDevice,

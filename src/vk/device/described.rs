@@ -1,4 +1,4 @@
-//! A device as documents describe it: what is asked of devices is answered for those that are not here, too.
+//! A device described by documents, so that requirements can be checked for devices that are not present.
 
 use super::features::Features;
 use super::instance::DeviceReport;
@@ -8,34 +8,34 @@ use ash::vk;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// A device as documents describe it. Limits that they leave out are as low as Vulkan allows.
+/// A device described by documents. Limits that they omit are the minimum that Vulkan allows.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Described {
     pub name: String,
     pub driver: String,
-    /// Where the numbers come from.
+    /// The source of the numbers.
     pub source: String,
     /// The major and the minor version.
     pub vulkan: (u32, u32),
-    /// Whether a queue has graphics, compute and timestamps.
+    /// Whether a queue supports graphics, compute and timestamps.
     pub timestamps: bool,
-    /// Whether R32_UINT images of 4 samples are drawn into and sampled.
+    /// Whether R32_UINT images of 4 samples can be drawn into and sampled.
     pub integer_samples: bool,
-    /// GiB of memory, which no driver fixes: those of a usual machine.
+    /// GiB of memory, which no driver determines: those of a usual machine.
     pub memory_gib: u64,
-    /// By the specification's names, of those that are ever asked for.
+    /// Supported features by the specification's names, of those that the program may need.
     pub features: Vec<String>,
     pub extensions: Vec<String>,
-    /// By the specification's names.
+    /// Limits by the specification's names.
     pub limits: BTreeMap<String, u32>,
 }
 
 impl Described {
-    /// The report that `twobounce info` would print.
+    /// The report of `twobounce info` for the device.
     ///
     /// # Errors
-    /// A sentence about a feature or a limit that is never asked for, or is spelled wrongly.
+    /// A sentence about a feature or a limit that is never needed or is misspelled.
     pub fn report(&self) -> Result<DeviceReport> {
         let unknown =
             |name: &str| Error::Usage(format!("{}: nothing asks a device for {name}: leave it out", self.name));
@@ -56,7 +56,7 @@ impl Described {
             properties: vk::PhysicalDeviceProperties { api_version: version, limits, ..Default::default() },
             driver: self.driver.clone(),
             loses_descriptors: false,
-            // As many as the extension promises.
+            // The number that the extension guarantees.
             max_push_descriptors: 32,
             max_allocation_bytes: 1 << 30,
             integer_samples,
@@ -72,7 +72,7 @@ impl Described {
     }
 }
 
-/// The limits that every device keeps, of those that are looked at: the specification's table of required limits.
+/// The required limits of the Vulkan specification, of those that are checked.
 fn least() -> vk::PhysicalDeviceLimits {
     vk::PhysicalDeviceLimits {
         max_image_dimension2_d: 4096,
@@ -88,7 +88,7 @@ fn least() -> vk::PhysicalDeviceLimits {
     }
 }
 
-/// The limit of that name.
+/// The limit with that name.
 fn limit<'a>(limits: &'a mut vk::PhysicalDeviceLimits, name: &str) -> Option<&'a mut u32> {
     Some(match name {
         "maxImageDimension2D" => &mut limits.max_image_dimension2_d,

@@ -1,5 +1,5 @@
-//! The programs that a driver made of pipelines, as it describes them: registers, spills, local memory and the like
-//! (`VK_KHR_pipeline_executable_properties`).
+//! The driver's description of the programs that it made from pipelines: registers, spills, local memory and similar
+//! statistics (`VK_KHR_pipeline_executable_properties`).
 
 use super::context::Context;
 use crate::Result;
@@ -7,20 +7,20 @@ use ash::vk;
 use serde::Serialize;
 use std::ffi::c_char;
 
-/// A program that the driver made of a pipeline: of one of its stages, or of several together.
+/// A program that the driver made from a pipeline, for one or several of its stages.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Executable {
     /// The label of the pipeline.
     pub pipeline: String,
     /// The driver's name for the program.
     pub name: String,
-    /// Invocations that run side by side.
+    /// The number of invocations that run together.
     pub subgroup_size: u32,
-    /// In the driver's order.
+    /// Statistics in the driver's order.
     pub statistics: Vec<Statistic>,
 }
 
-/// One number that a driver tells of a program, in words and units of its own.
+/// A number that a driver reports about a program, with the driver's own name and unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Statistic {
     pub name: String,
@@ -28,7 +28,7 @@ pub struct Statistic {
     pub value: StatisticValue,
 }
 
-/// A number in the form in which the driver states it.
+/// A number in the driver's format.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum StatisticValue {
@@ -50,7 +50,7 @@ impl std::fmt::Display for StatisticValue {
 }
 
 impl Executable {
-    fn of(
+    fn of_reported(
         pipeline: &str,
         properties: &vk::PipelineExecutablePropertiesKHR<'_>,
         statistics: &[vk::PipelineExecutableStatisticKHR<'_>],
@@ -59,14 +59,14 @@ impl Executable {
             pipeline: pipeline.to_owned(),
             name: text(&properties.name),
             subgroup_size: properties.subgroup_size,
-            statistics: statistics.iter().filter_map(Statistic::of).collect(),
+            statistics: statistics.iter().filter_map(Statistic::of_reported).collect(),
         }
     }
 }
 
 impl Statistic {
-    /// `None` for a form of numbers that the extension does not have.
-    fn of(told: &vk::PipelineExecutableStatisticKHR<'_>) -> Option<Self> {
+    /// A reported statistic; `None` for a number format that the extension does not define.
+    fn of_reported(told: &vk::PipelineExecutableStatisticKHR<'_>) -> Option<Self> {
         use vk::PipelineExecutableStatisticFormatKHR as Format;
         // SAFETY: the format says which field of the union the driver has written.
         let value = unsafe {
@@ -82,14 +82,14 @@ impl Statistic {
     }
 }
 
-/// The text before the first zero, or all where there is none.
+/// The text before the first zero, or all of it.
 fn text(chars: &[c_char]) -> String {
     let bytes: Vec<u8> = chars.iter().map(|&c| c as u8).take_while(|&byte| byte != 0).collect();
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
 impl Context {
-    /// The programs of all pipelines that the context keeps, waited for; `None` unless it is a context of
+    /// The programs of all pipelines of the context, after waiting for them; `None` unless the context is from
     /// [`Context::describing`] and the driver describes programs.
     ///
     /// # Errors
@@ -106,9 +106,9 @@ impl Context {
             let programs = unsafe { functions.get_pipeline_executable_properties(&of) }.map_err(error)?;
             for (index, properties) in programs.iter().enumerate() {
                 let of = vk::PipelineExecutableInfoKHR::default().pipeline(pipeline).executable_index(index as u32);
-                // SAFETY: as above, and there are so many programs.
+                // SAFETY: as above, and the index is below the number of programs.
                 let statistics = unsafe { functions.get_pipeline_executable_statistics(&of) }.map_err(error)?;
-                found.push(Executable::of(&label, properties, &statistics));
+                found.push(Executable::of_reported(&label, properties, &statistics));
             }
         }
         Ok(Some(found))
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
     use vk::{PipelineExecutableStatisticFormatKHR as Format, PipelineExecutableStatisticValueKHR as Value};
 
-    /// Zeros after the text, or none where it is as long as the array.
+    /// The text followed by zeros, as far as the array has room.
     fn chars<const N: usize>(text: &str) -> [c_char; N] {
         let mut chars = [0; N];
         chars.iter_mut().zip(text.bytes()).for_each(|(to, byte)| *to = byte as c_char);
@@ -146,7 +146,7 @@ mod tests {
             told("unheard of", Format::from_raw(99), Value { u64: 1 }),
             told("Occupancy", Format::FLOAT64, Value { f64: 0.625 }),
         ];
-        let program = Executable::of("gather", &properties, &statistics);
+        let program = Executable::of_reported("gather", &properties, &statistics);
         assert_eq!((&*program.pipeline, &*program.name, program.subgroup_size), ("gather", "Compute Shader", 32));
         let rows: Vec<_> = program.statistics.iter().map(|s| (&*s.name, &*s.description, s.value)).collect();
         assert_eq!(

@@ -1,27 +1,27 @@
-//! Features, extensions and limits of Vulkan that passes need: named, and in the form that device creation takes.
+//! Vulkan features, extensions and limits that passes need: their names, and the structures for device creation.
 
 use ash::vk;
 use std::ffi::CStr;
 
-/// Least `maxColorAttachments`: the voxel shading pass writes six faces and the isotropic volume at once.
+/// The minimum `maxColorAttachments`: the voxel shading pass writes six faces and the isotropic volume at once.
 pub(in crate::vk) const COLOR_ATTACHMENTS: u32 = 7;
-/// Least `maxFramebufferLayers`: one layer per slice of the largest grid.
+/// The minimum `maxFramebufferLayers`: one layer per slice of the largest grid.
 pub(in crate::vk) const FRAMEBUFFER_LAYERS: u32 = 256;
 
-/// The features that are needed, each with its name in the Vulkan specification.
+/// Declares the features that are needed, each with its name in the Vulkan specification.
 macro_rules! features {
     ($($(#[$doc:meta])* $field:ident $name:literal),+ $(,)?) => {
-        /// The features that are ever asked for, by the names of the Vulkan specification.
+        /// Features that settings may need, by the names of the Vulkan specification.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub struct Features { $($(#[$doc])* pub $field: bool),+ }
 
         impl Features {
-            /// Each feature's name, and whether it is among these.
+            /// The name of each feature, and whether it is set.
             pub(in crate::vk) fn list(self) -> impl Iterator<Item = (&'static str, bool)> {
                 [$(($name, self.$field)),+].into_iter()
             }
 
-            /// Those of these names.
+            /// Features with these names.
             pub(in crate::vk) fn named(names: &[String]) -> Self {
                 Self { $($field: names.iter().any(|name| name == $name)),+ }
             }
@@ -32,45 +32,46 @@ macro_rules! features {
 }
 
 features! {
-    /// Triangles are recorded and listed as the talk does it, where settings ask for that
+    /// Records and lists triangles as the talk does, if settings request that
     /// ([`Conservative`](crate::settings::Conservative)).
     geometry_shader "geometryShader",
-    /// Reads beyond a buffer's end return data of that buffer or 0, and writes there go nowhere else.
+    /// Bounds accesses: reads beyond a buffer's end return data of that buffer or 0, and writes there modify no other
+    /// memory.
     robust_buffer_access "robustBufferAccess",
-    /// Vertex and geometry shaders write triangles to lists.
+    /// Lets vertex and geometry shaders write triangles to lists.
     vertex_pipeline_stores_and_atomics "vertexPipelineStoresAndAtomics",
-    /// Fragment shaders write to lists.
+    /// Lets fragment shaders write to lists.
     fragment_stores_and_atomics "fragmentStoresAndAtomics",
-    /// Every sample of a blended surface is listed by itself.
+    /// Lists each sample of a blended surface separately.
     sample_rate_shading "sampleRateShading",
-    /// Volumes are drawn slice by slice.
+    /// Draws volumes slice by slice.
     shader_output_layer "shaderOutputLayer",
     scalar_block_layout "scalarBlockLayout",
-    /// Every recording begins its rendering scopes by it.
+    /// Begins rendering scopes in every recording.
     dynamic_rendering "dynamicRendering",
-    /// Every recording records its barriers by it.
+    /// Records barriers in every recording.
     synchronization2 "synchronization2",
-    /// Buffers have addresses, by which acceleration structures are made of them.
+    /// Gives buffers addresses, from which acceleration structures are built.
     buffer_device_address "bufferDeviceAddress",
-    /// Acceleration structures, through which [`ray_query`](Self::ray_query) goes.
+    /// Provides acceleration structures for [`ray_query`](Self::ray_query).
     acceleration_structure "accelerationStructure",
-    /// Rays are the device's own queries, where settings ask for that or leave it open
+    /// Traces rays by the device's ray queries, if settings request or allow that
     /// ([`Tracer`](crate::settings::Tracer)).
     ray_query "rayQuery",
 }
 
-/// Every feature that a device must have enabled to be used by twobounce; the others serve single settings, or safety.
+/// Every feature that must be enabled on a device; the other features serve single settings, or safety.
 pub fn required_features() -> Features {
     Features { geometry_shader: false, robust_buffer_access: false, ..ALL.without_queries() }
 }
 
 impl Features {
-    /// The required features, each with whether it is among these.
+    /// The required features, and whether each is set.
     pub(in crate::vk) fn required(self) -> impl Iterator<Item = (&'static str, bool)> {
         required_features().list().zip(self.list()).filter(|((_, required), _)| *required).map(|(_, own)| own)
     }
 
-    /// Those of ray queries, of which a device has all or none.
+    /// Whether the features of ray queries are set. Devices have all or none of them.
     pub(in crate::vk) fn has_queries(self) -> bool {
         self.buffer_device_address && self.acceleration_structure && self.ray_query
     }
@@ -79,10 +80,9 @@ impl Features {
         Self { buffer_device_address: false, acceleration_structure: false, ray_query: false, ..self }
     }
 
-    /// The features that these structures hold. A host that enables dynamic rendering and synchronisation by the
-    /// structures of their extensions sets those two fields itself, and so it sets those of acceleration structures and
-    /// ray queries.
-    pub fn of(
+    /// The features that these structures enable. A host that enables dynamic rendering, synchronisation, acceleration
+    /// structures or ray queries by the structures of their extensions sets those fields itself.
+    pub fn of_structs(
         core: &vk::PhysicalDeviceFeatures,
         vulkan12: &vk::PhysicalDeviceVulkan12Features<'_>,
         vulkan13: &vk::PhysicalDeviceVulkan13Features<'_>,
@@ -127,8 +127,8 @@ impl Features {
     }
 }
 
-/// Features as device creation takes them. A host may set further fields before it chains them, and takes the values
-/// over into its own structures where those exclude one of these (`VkPhysicalDeviceVulkan13Features` excludes two).
+/// Feature structures for device creation. A host may set further fields before it chains them. If its own structures
+/// exclude one of these (`VkPhysicalDeviceVulkan13Features` excludes two), it copies the values.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FeatureStructs {
     pub core: vk::PhysicalDeviceFeatures,
@@ -140,7 +140,8 @@ pub struct FeatureStructs {
 }
 
 impl FeatureStructs {
-    /// `info` with all of these; with those of ray queries only where they are on, since few devices know them.
+    /// `info` with all of these structures chained; those of ray queries only if they are enabled, because few devices
+    /// know them.
     pub fn chain<'a>(&'a mut self, info: vk::DeviceCreateInfo<'a>) -> vk::DeviceCreateInfo<'a> {
         let info = info
             .enabled_features(&self.core)
@@ -154,8 +155,8 @@ impl FeatureStructs {
     }
 }
 
-/// Every device extension that must be enabled on a device of that Vulkan version: the lower one of the device's and of
-/// what the instance was made with.
+/// Every device extension that must be enabled for a Vulkan version, which is the lower one of the device's version and
+/// that of the instance.
 pub fn required_extensions(api_version: u32) -> Vec<&'static CStr> {
     let mut names = vec![ash::khr::push_descriptor::NAME];
     if api_version < vk::API_VERSION_1_3 {
@@ -164,7 +165,7 @@ pub fn required_extensions(api_version: u32) -> Vec<&'static CStr> {
     names
 }
 
-/// Every device extension that must be enabled beside those for rays to be the device's own queries.
+/// Device extensions that ray queries need in addition.
 pub fn ray_query_extensions() -> [&'static CStr; 3] {
     [ash::khr::acceleration_structure::NAME, ash::khr::ray_query::NAME, ash::khr::deferred_host_operations::NAME]
 }

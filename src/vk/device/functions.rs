@@ -3,8 +3,8 @@
 use ash::vk;
 use std::ffi::{CStr, CString};
 
-/// A device older than Vulkan 1.3 with what its extensions offer under the names that 1.3 gives it: dynamic rendering
-/// and barriers.
+/// A device older than Vulkan 1.3, with the functions of its extensions for dynamic rendering and barriers under the
+/// names of 1.3.
 pub(in crate::vk) fn with_promoted(instance: &ash::Instance, device: vk::Device) -> ash::Device {
     // SAFETY: the device comes from this instance.
     let find = |name: &CStr| unsafe { instance.get_device_proc_addr(device, name.as_ptr()) };

@@ -1,4 +1,4 @@
-//! A device that a host made.
+//! A device that a host created.
 
 use super::context::{Context, Telling};
 use super::features::{Features, required_extensions};
@@ -9,47 +9,48 @@ use gpu_allocator::vulkan::Allocator;
 use std::ffi::CStr;
 use std::sync::{Arc, Mutex};
 
-/// A device that a host made, with what the host enabled. Nothing of it is ever destroyed here.
+/// A device that a host created, and what is enabled on it. This library never destroys it.
 pub struct HostDevice<'a> {
     pub instance: ash::Instance,
-    /// The `apiVersion` that the instance was made with.
+    /// The `apiVersion` with which the instance was created.
     pub api_version: u32,
     pub physical_device: vk::PhysicalDevice,
     pub device: ash::Device,
-    /// Of the command buffers to record into, and of `queue`: graphics, compute and timestamps.
+    /// The family of the command buffers for recording, and of `queue`. It supports graphics, compute and timestamps.
     pub queue_family: u32,
-    /// Only what submits by itself uses it: [`crate::vk::upload`], [`crate::vk::download`] and their like, and a
-    /// [`crate::vk::Recorder`] of its own. The mutex is locked during each submission, and a host locks it for its own
-    /// use of this queue. Without a queue a host records copies into its own command buffers instead.
+    /// The queue for functions that submit by themselves: [`crate::vk::upload`], [`crate::vk::download`] and similar
+    /// ones, and a [`crate::vk::Recorder`] with its own command buffer. The mutex is locked during each submission, and
+    /// the host locks it for its own use of this queue. Without a queue the host records copies into its own command
+    /// buffers.
     pub queue: Option<Arc<Mutex<vk::Queue>>>,
-    /// Where memory comes from; without it an allocator is made. It is locked while a resource is made or dropped. With
-    /// ray queries it gives memory for buffers with addresses (`AllocatorCreateDesc::buffer_device_address`).
+    /// The allocator for memory; by default one is created. It is locked while a resource is created or dropped. With
+    /// ray queries it supports buffers with addresses (`AllocatorCreateDesc::buffer_device_address`).
     pub allocator: Option<Arc<Mutex<Allocator>>>,
-    /// For every pipeline made here; it must not be externally synchronised. Without it none is used.
+    /// The cache for all pipelines, which must not be externally synchronised; by default there is none.
     pub pipeline_cache: Option<vk::PipelineCache>,
-    /// Those enabled. With `VK_EXT_debug_utils` among them, objects and passes have names in messages and captures.
+    /// Enabled instance extensions. With `VK_EXT_debug_utils`, objects and passes have names in messages and captures.
     pub instance_extensions: &'a [&'a CStr],
-    /// Those enabled: at least [`required_extensions`]; `grid.conservative = hardware` needs
-    /// `VK_EXT_conservative_rasterization`, and rays are the device's own queries only with
+    /// Enabled device extensions: at least [`required_extensions`]. `grid.conservative = hardware` needs
+    /// `VK_EXT_conservative_rasterization`, and ray queries need
     /// [`ray_query_extensions`](crate::host::ray_query_extensions).
     pub device_extensions: &'a [&'a CStr],
-    /// Those enabled: at least [`required_features`](crate::host::required_features);
-    /// `grid.conservative = geometry-shader`, which the talk's presets set, needs `geometry_shader`. Rays are the
-    /// device's own queries only with `buffer_device_address`, `acceleration_structure` and `ray_query`, all three;
-    /// else they go through the tree. With `robust_buffer_access`, as devices that are opened here have it, a shader
-    /// that leaves a buffer reads and writes no other memory.
+    /// Enabled features: at least [`required_features`](crate::host::required_features). `grid.conservative =
+    /// geometry-shader`, which the talk's presets set, needs `geometry_shader`. Ray queries need
+    /// `buffer_device_address`, `acceleration_structure` and `ray_query`; otherwise rays are traced through the tree.
+    /// With `robust_buffer_access`, which devices opened here enable, a shader that exceeds a buffer accesses no other
+    /// memory.
     pub features: Features,
 }
 
 impl Context {
-    /// A context over a host's device.
+    /// Creates a context over a host's device.
     ///
     /// # Errors
-    /// `Error::Device` names in one sentence what the device lacks, or what the host did not enable.
+    /// `Error::Device` names in one sentence what the device lacks or the host did not enable.
     ///
     /// # Safety
     /// - The handles are valid and belong together, and the extensions and features are enabled as stated.
-    /// - They outlive the context, which lives as long as anything made with it. So does the loaded Vulkan library.
+    /// - They outlive the context, which lives as long as any object made with it. So does the loaded Vulkan library.
     /// - The host uses `queue` only while it holds the mutex, and makes no call to this library while it holds that
     ///   mutex or the allocator's.
     pub unsafe fn adopt(host: HostDevice<'_>) -> Result<Arc<Self>> {
@@ -59,8 +60,9 @@ impl Context {
     }
 }
 
-/// Required features and limits that `physical_device` lacks, by the specification's names; empty where it will do. For
-/// a host that chooses among devices, before it makes one. `api_version`: the version that the instance was made with.
+/// Required features and limits that `physical_device` lacks, by the specification's names; empty if it meets all. A
+/// host calls this to choose a device before it creates one. `api_version` is the version with which the instance was
+/// created.
 ///
 /// # Safety
 /// The handle comes from `instance`.

@@ -7,31 +7,31 @@ use ash::{khr, vk};
 use std::ffi::{CStr, c_char, c_void};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// API version that the instance is made with.
+/// The API version of the instance.
 pub(in crate::vk) const VERSION: u32 = vk::API_VERSION_1_3;
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 /// Messages of the validation layer, in order.
 pub(in crate::vk) type Messages = Mutex<Vec<String>>;
 
-/// The loader, an instance, with debug utilities where the system has them, and the surface that it presents to.
+/// The loader, an instance with debug utilities where the system has them, and the surface of a window.
 pub(in crate::vk) struct Instance {
-    // Declared before the library that its functions come from, as is everything made through it.
+    // The field is declared before the library that its functions come from, like everything created through it.
     pub(in crate::vk) raw: ash::Instance,
     pub(in crate::vk) debug_utils: bool,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
-    /// The messenger holds the address.
+    /// The messages, to which the messenger holds a pointer.
     pub(in crate::vk) messages: Arc<Messages>,
-    /// Destroyed before the instance, after its swapchains.
+    /// The surface, which is destroyed after its swapchains and before the instance.
     pub(in crate::vk) surface: Option<(khr::surface::Instance, vk::SurfaceKHR)>,
     pub(in crate::vk) entry: ash::Entry,
     abandoned: bool,
 }
 
 impl Instance {
-    /// Loads the Vulkan library and makes an instance with these extensions; with `validation`, under the validation
-    /// layer with synchronisation validation. `Error::Device` names the package that is missing, other errors the limit
-    /// of the machine at which the driver would end the process.
+    /// Loads the Vulkan library and creates an instance with these extensions; with `validation`, under the validation
+    /// layer with synchronisation validation. `Error::Device` names a missing package; other errors name a limit of the
+    /// machine at which the driver would end the process.
     pub(in crate::vk) fn new(validation: bool, extensions: &[*const c_char]) -> Result<Self> {
         room::check()?;
         // SAFETY: loading the system's Vulkan library runs only its own initialisers.
@@ -66,7 +66,7 @@ impl Instance {
         // SAFETY: no layer name, or the name of one that exists.
         let available = unsafe { entry.enumerate_instance_extension_properties(None) }.map_err(failed)?;
         let has = |name: &CStr| available.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
-        // The validation layer brings debug utilities itself; without it they serve labels in a capture.
+        // The validation layer provides debug utilities itself; without it they provide labels for captures.
         let debug_utils = validation || has(ash::ext::debug_utils::NAME);
         let mut extensions = extensions.to_vec();
         if debug_utils {
@@ -75,7 +75,7 @@ impl Instance {
         if validation {
             extensions.push(ash::ext::validation_features::NAME.as_ptr());
         }
-        // Without it the loader hides devices that leave out parts of Vulkan, as those over Metal do.
+        // Without it the loader hides devices that omit parts of Vulkan, such as those over Metal.
         let mut flags = vk::InstanceCreateFlags::empty();
         if has(khr::portability_enumeration::NAME) {
             extensions.push(khr::portability_enumeration::NAME.as_ptr());
@@ -109,7 +109,8 @@ impl Instance {
         Ok(this)
     }
 
-    /// Leaves everything, the loaded driver too, to the end of the process: its threads may still be at work.
+    /// Leaves everything, including the loaded driver, to the end of the process, because its threads may still be at
+    /// work.
     pub(in crate::vk) fn abandon(&mut self) {
         self.abandoned = true;
         std::mem::forget(self.entry.clone());
@@ -133,8 +134,11 @@ impl Instance {
     /// All physical devices in the loader's order; never empty.
     pub(in crate::vk) fn physical_devices(&self) -> Result<Vec<vk::PhysicalDevice>> {
         // SAFETY: the instance is alive.
-        let devices = unsafe { self.raw.enumerate_physical_devices() }
-            .map_err(|result| Error::Device(format!("listing the Vulkan devices failed ({result})")))?;
+        let devices = unsafe { self.raw.enumerate_physical_devices() }.map_err(|result| {
+            Error::Device(format!(
+                "listing the Vulkan devices failed ({result}): check the graphics driver with vulkaninfo"
+            ))
+        })?;
         if devices.is_empty() { Err(Error::Device(NO_DRIVER.to_owned())) } else { Ok(devices) }
     }
 }
@@ -144,7 +148,7 @@ impl Drop for Instance {
         if self.abandoned {
             return;
         }
-        // SAFETY: the context destroys its device before this, and nothing but the surface was made from the instance.
+        // SAFETY: the context destroys its device before this, and only the surface was created from the instance.
         unsafe {
             if let Some((functions, surface)) = self.surface.take() {
                 functions.destroy_surface(surface, None);
@@ -160,12 +164,12 @@ impl Drop for Instance {
 const NO_DRIVER: &str = "there is no Vulkan device: install a driver \
      (package mesa-vulkan-drivers on Debian and Ubuntu brings one that runs on the CPU)";
 
-/// The messages so far: errors and warnings, except advice on performance.
+/// The messages so far: errors and warnings, without performance advice.
 pub(in crate::vk) fn lock(messages: &Messages) -> MutexGuard<'_, Vec<String>> {
     messages.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Called by the layer, on whichever thread made the faulty call.
+/// The callback of the layer, on the thread that made the faulty call.
 unsafe extern "system" fn on_message(
     severity: vk::DebugUtilsMessageSeverityFlagsEXT,
     kind: vk::DebugUtilsMessageTypeFlagsEXT,
@@ -188,7 +192,7 @@ unsafe extern "system" fn on_message(
     vk::FALSE
 }
 
-/// Kind of processor that a device is, best first.
+/// The kind of processor of a device, the best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum DeviceKind {
     Discrete,
@@ -199,7 +203,7 @@ pub enum DeviceKind {
 }
 
 impl DeviceKind {
-    pub(in crate::vk) fn of(kind: vk::PhysicalDeviceType) -> Self {
+    pub(in crate::vk) fn of_type(kind: vk::PhysicalDeviceType) -> Self {
         match kind {
             vk::PhysicalDeviceType::DISCRETE_GPU => Self::Discrete,
             vk::PhysicalDeviceType::INTEGRATED_GPU => Self::Integrated,
@@ -220,7 +224,7 @@ impl DeviceKind {
     }
 }
 
-/// Report of `info` about one device.
+/// The report of `info` about one device.
 #[derive(Clone, Debug)]
 pub struct DeviceReport {
     pub name: String,
@@ -229,24 +233,24 @@ pub struct DeviceReport {
     pub api_version: (u32, u32, u32),
     /// The driver's name and its own description of its version.
     pub driver: String,
-    /// Everything that the passes need, present or not.
+    /// All requirements of the passes, and whether each is met.
     pub needs: Vec<Need>,
-    /// Features and extensions that single settings need beside, present or not.
+    /// Features and extensions that single settings need, and whether each is present.
     pub wishes: Vec<Need>,
     pub limits: vk::PhysicalDeviceLimits,
     /// Largest single allocation in bytes.
     pub max_allocation_bytes: u64,
     pub max_push_descriptors: u32,
-    /// Size in bytes of each memory heap, and whether it is the device's own.
+    /// The size in bytes of each memory heap, and whether it is device-local.
     pub heaps: Vec<(u64, bool)>,
-    /// Bytes that the driver says may still be taken from each heap, where it says so.
+    /// Bytes still available in each heap, if the driver reports them.
     pub budgets: Option<Vec<u64>>,
     /// Sample counts (1, 2, 4, …) of an RGBA32F colour attachment and of a D32F depth attachment.
     pub color_samples: Vec<u32>,
     pub depth_samples: Vec<u32>,
 }
 
-/// All Vulkan devices of this machine, in the order that an index chooses by.
+/// All Vulkan devices of this machine, in the order of their indices.
 pub fn devices() -> Result<Vec<DeviceReport>> {
     let instance = Instance::new(false, &[])?;
     Ok(instance.physical_devices()?.into_iter().map(|physical| report(&instance.raw, physical)).collect())
@@ -284,7 +288,7 @@ pub(in crate::vk) fn version_of(properties: &vk::PhysicalDeviceProperties) -> (u
     (vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version))
 }
 
-/// Bytes left per heap by `VK_EXT_memory_budget`, `None` where the device lacks it.
+/// Bytes available per heap by `VK_EXT_memory_budget`; `None` if the device lacks the extension.
 pub(in crate::vk) fn heap_budgets(
     instance: &ash::Instance,
     physical: vk::PhysicalDevice,

@@ -6,20 +6,20 @@ use std::collections::HashMap;
 use std::ffi::CString;
 use std::sync::{Mutex, PoisonError};
 
-/// The names of zones in the form that Vulkan takes, each made once.
+/// The names of zones as C strings, each created once.
 #[derive(Default)]
 pub(in crate::vk) struct Labels(Mutex<HashMap<&'static str, CString>>);
 
-/// Gives `handle` a name in validation messages and captures, where somebody listens.
+/// Names `handle` in validation messages and captures, if debug utilities are enabled.
 pub(in crate::vk) fn set_name<T: vk::Handle>(debug: Option<&ash::ext::debug_utils::Device>, handle: T, name: &str) {
     let (Some(debug), Ok(name)) = (debug, CString::new(name)) else { return };
     let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
-    // SAFETY: the handle was just made by this device. A failure only leaves it unnamed.
+    // SAFETY: the handle was just created by this device. A failure only leaves it unnamed.
     let _ = unsafe { debug.set_debug_utils_object_name(&info) };
 }
 
 impl Context {
-    /// Gives `handle` a name in validation messages and captures.
+    /// Names `handle` in validation messages and captures.
     pub(in crate::vk) fn set_name<T: vk::Handle>(&self, handle: T, name: &str) {
         set_name(self.debug_utils.as_ref(), handle, name);
     }
@@ -27,7 +27,7 @@ impl Context {
     pub(in crate::vk) fn begin_label(&self, commands: vk::CommandBuffer, name: &'static str) {
         let Some(debug) = &self.debug_utils else { return };
         let mut known = self.labels.0.lock().unwrap_or_else(PoisonError::into_inner);
-        // A zero in a name would end it early; no pass has one.
+        // A zero would end the name early; no pass has one.
         let name = known.entry(name).or_insert_with(|| CString::new(name).unwrap_or_default());
         let label = vk::DebugUtilsLabelEXT::default().label_name(name);
         // SAFETY: the buffer is recording.

@@ -1,4 +1,4 @@
-//! The device: chosen and opened here or lent by a host, its limits, queue, command buffers and names.
+//! The device, which is opened here or lent by a host: its choice, limits, queue, command buffers and names.
 
 pub(in crate::vk) mod choose;
 pub(in crate::vk) mod context;

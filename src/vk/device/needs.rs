@@ -1,4 +1,4 @@
-//! Requirements on a device, and how far it meets them. One list serves the choice of a device, the error that refuses
+//! Requirements on a device, and whether it meets them. One list serves the choice of a device, the error that refuses
 //! one, and `info`.
 
 use super::features::{
@@ -9,10 +9,10 @@ use ash::vk;
 use std::collections::BTreeSet;
 use std::ffi::CStr;
 
-/// One thing that is needed, and what the device has of it.
+/// A requirement, and whether the device meets it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Need {
-    /// The name that the Vulkan specification uses, with the least value where there is one.
+    /// The name in the Vulkan specification, with the minimum value of a limit.
     pub name: String,
     pub present: bool,
 }
@@ -21,28 +21,28 @@ pub struct Need {
 pub(in crate::vk) struct Capabilities {
     pub(in crate::vk) properties: vk::PhysicalDeviceProperties,
     pub(in crate::vk) driver: String,
-    /// The driver loses descriptors in loops: see `src/vk/pipeline/early.rs`.
+    /// Whether the driver loses descriptors in loops: see `src/vk/pipeline/early.rs`.
     pub(in crate::vk) loses_descriptors: bool,
     pub(in crate::vk) max_push_descriptors: u32,
     pub(in crate::vk) max_allocation_bytes: u64,
-    /// Samples of images that hold whole numbers, are drawn into and then read.
+    /// Sample counts of integer images that are drawn into and then read.
     pub(in crate::vk) integer_samples: vk::SampleCountFlags,
     pub(in crate::vk) memory: vk::PhysicalDeviceMemoryProperties,
-    /// Family with graphics, compute and timestamps.
+    /// A queue family with graphics, compute and timestamps.
     pub(in crate::vk) queue_family: Option<u32>,
     pub(in crate::vk) extensions: BTreeSet<String>,
     pub(in crate::vk) features: Features,
-    /// `VK_KHR_pipeline_executable_properties` and its feature are there.
+    /// Whether `VK_KHR_pipeline_executable_properties` and its feature are supported.
     pub(in crate::vk) describes_executables: bool,
-    /// Of the memory in which acceleration structures are built, where the device has such.
+    /// Alignment of the memory for building acceleration structures, if the device supports them.
     pub(in crate::vk) scratch_alignment: u64,
-    /// The lower one of the device's version and of what the instance was made with.
+    /// The lower one of the device's version and that of the instance.
     pub(in crate::vk) version: u32,
 }
 
 impl Capabilities {
-    /// Asks `physical` for everything; `instance_version` is what the instance was made with. A device older than
-    /// Vulkan 1.2 has only its properties filled in.
+    /// Queries all properties of `physical`; `instance_version` is that of the instance. For a device older than Vulkan
+    /// 1.2 only its properties are filled in.
     pub(in crate::vk) fn query(instance: &ash::Instance, instance_version: u32, physical: vk::PhysicalDevice) -> Self {
         // SAFETY: the handle comes from this instance.
         let (properties, memory, queues, found) = unsafe {
@@ -121,7 +121,7 @@ impl Capabilities {
             synchronization2: sync2.synchronization2 == vk::TRUE,
             acceleration_structure: structure.acceleration_structure == vk::TRUE,
             ray_query: query.ray_query == vk::TRUE,
-            ..Features::of(&core, &vulkan12, &vk::PhysicalDeviceVulkan13Features::default())
+            ..Features::of_structs(&core, &vulkan12, &vk::PhysicalDeviceVulkan13Features::default())
         };
         self.describes_executables = executables.pipeline_executable_info == vk::TRUE;
         self.scratch_alignment = u64::from(structures.min_acceleration_structure_scratch_offset_alignment.max(1));
@@ -153,7 +153,7 @@ impl Capabilities {
         self.properties.device_name_as_c_str().unwrap_or(c"unnamed device").to_string_lossy().into_owned()
     }
 
-    /// Everything that is needed, present or not.
+    /// All requirements, met or not.
     pub(in crate::vk) fn needs(&self) -> Vec<Need> {
         let limits = &self.properties.limits;
         let need = |name: &str, present: bool| Need { name: name.to_owned(), present };
@@ -186,12 +186,12 @@ impl Capabilities {
         ]
     }
 
-    /// The part of the report that asks the device nothing more.
+    /// The part of the report that needs no further queries.
     pub(in crate::vk) fn report(&self) -> DeviceReport {
         let heaps = self.memory.memory_heaps_as_slice().iter();
         DeviceReport {
             name: self.name(),
-            kind: DeviceKind::of(self.properties.device_type),
+            kind: DeviceKind::of_type(self.properties.device_type),
             api_version: version_of(&self.properties),
             driver: self.driver.clone(),
             needs: self.needs(),
@@ -206,7 +206,7 @@ impl Capabilities {
         }
     }
 
-    /// The features to enable: all that are needed, and of the others those that are there.
+    /// The features to enable: all required ones, and the present ones among the others.
     pub(in crate::vk) fn enabled_features(&self) -> Features {
         let Features { geometry_shader, robust_buffer_access, .. } = self.features;
         let on = self.features.has_queries();
@@ -215,13 +215,13 @@ impl Capabilities {
         Features { geometry_shader, robust_buffer_access, ..queries }
     }
 
-    /// The names of what is missing, for a message; empty when the device will do.
+    /// The names of missing requirements for a message; empty if there are none.
     pub(in crate::vk) fn missing(&self) -> Vec<String> {
         self.needs().into_iter().filter(|need| !need.present).map(|need| need.name).collect()
     }
 
-    /// Device extensions to enable: what is needed and not core, and what is used where it is there. A device over
-    /// Metal says by the last one that it leaves out parts of Vulkan, and has to be told that this is known.
+    /// Device extensions to enable: required ones that are not core, and optional ones that are present. Devices over
+    /// Metal support the last one to state that they omit parts of Vulkan, and require it to be enabled.
     pub(in crate::vk) fn enabled_extensions(&self) -> Vec<&'static CStr> {
         let optional = [
             ash::ext::memory_budget::NAME,
@@ -234,7 +234,7 @@ impl Capabilities {
     }
 }
 
-/// Whether a queue family can do all that is recorded.
+/// Whether a queue family supports everything that is recorded.
 pub(in crate::vk) fn serves(family: &vk::QueueFamilyProperties) -> bool {
     let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
     family.queue_flags.contains(wanted) && family.timestamp_valid_bits > 0

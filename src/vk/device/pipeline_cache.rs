@@ -6,15 +6,15 @@ use ash::vk;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-/// Bytes of the checksum that precedes the data in the file: drivers trust what they are given.
+/// Bytes of the checksum before the data in the file, because drivers trust the data.
 const HASH_BYTES: usize = 32;
 
 pub(in crate::vk) struct PipelineCache {
-    /// Null when the driver would not make one; pipelines are then compiled afresh.
+    /// Null if the driver could not create one; pipelines are then compiled without a cache.
     pub(in crate::vk) handle: vk::PipelineCache,
     file: Option<PathBuf>,
     loaded: Vec<u8>,
-    /// Made here, and not by a host.
+    /// Whether the cache was created here, not by a host.
     own: bool,
 }
 
@@ -23,12 +23,12 @@ impl PipelineCache {
         let file = folders::cache().map(|folder| folder.join(file_name(capabilities)));
         let loaded = file.as_deref().and_then(read).unwrap_or_default();
         let info = vk::PipelineCacheCreateInfo::default().initial_data(&loaded);
-        // SAFETY: the data is what the same driver wrote, by its checksum.
+        // SAFETY: the checksum proves that the same driver wrote the data.
         let handle = unsafe { device.create_pipeline_cache(&info, None) }.unwrap_or_default();
         Self { handle, file, loaded, own: true }
     }
 
-    /// A host's cache, or null: nothing is read, written or destroyed.
+    /// A host's cache, or null. Nothing is read, written or destroyed.
     pub(in crate::vk) fn of_host(handle: vk::PipelineCache) -> Self {
         Self { handle, file: None, loaded: Vec::new(), own: false }
     }
@@ -38,7 +38,7 @@ impl PipelineCache {
         self.own && self.loaded.is_empty()
     }
 
-    /// Writes what is new and destroys the cache. Failure to write is only logged.
+    /// Writes new data and destroys the cache. A failure to write is only logged.
     pub(in crate::vk) unsafe fn close(&self, device: &ash::Device) {
         if !self.own {
             return;
@@ -69,14 +69,14 @@ fn file_name(capabilities: &Capabilities) -> String {
     format!("pipelines-{}.bin", &hash.finalize().to_hex()[..16])
 }
 
-/// The data of a whole, undamaged file.
+/// The data of a complete, undamaged file.
 fn read(file: &Path) -> Option<Vec<u8>> {
     let bytes = fs::read(file).ok()?;
     let (hash, data) = bytes.split_at_checked(HASH_BYTES)?;
     (blake3::hash(data).as_bytes() == hash).then(|| data.to_vec())
 }
 
-/// Beside first, then renamed, so that a reader sees the old file or the new one.
+/// Writes a temporary file first and renames it, so that a reader sees either the old file or the new one.
 fn write(file: &Path, data: &[u8]) -> io::Result<()> {
     let folder = file.parent().ok_or(io::ErrorKind::InvalidInput)?;
     fs::create_dir_all(folder)?;
@@ -85,7 +85,7 @@ fn write(file: &Path, data: &[u8]) -> io::Result<()> {
     bytes.extend_from_slice(data);
     let result = fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, file));
     if result.is_err() {
-        // It may never have been made.
+        // The temporary file may not exist.
         let _ = fs::remove_file(&beside);
     }
     result

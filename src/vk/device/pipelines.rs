@@ -1,5 +1,5 @@
-//! The pipelines of a context. A changed setting compiles only what depends on it, and what was set before compiles
-//! nothing.
+//! The pipelines of a context. A changed setting compiles only the pipelines that depend on it, and earlier settings
+//! compile none.
 
 use super::context::Context;
 use crate::Result;
@@ -8,49 +8,49 @@ use std::any::Any;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// So many that nothing uses are kept: those of three frames. They take a few MiB each on llvmpipe.
+/// The number of unused pipelines that are kept, those of about three frames. They take a few MiB each on llvmpipe.
 const IDLE: usize = 64;
 
-/// A pipeline as its context sees it.
+/// A pipeline as its context stores it.
 pub(in crate::vk) trait Pipeline: Any + Send + Sync {
     fn label(&self) -> &str;
 
-    /// The pipeline, waited for.
+    /// The pipeline, after waiting for it.
     fn made(&self) -> std::result::Result<vk::Pipeline, vk::Result>;
 
-    /// Whether the driver is known to have failed to make it.
+    /// Whether the driver is known to have failed to create it.
     fn has_failed(&self) -> bool;
 
-    /// Destroys what was made. Nothing in flight may refer to it.
+    /// Destroys the pipeline. No work in flight may use it.
     unsafe fn destroy(&self, device: &ash::Device);
 }
 
 /// Description that a pipeline was made from, and the pipeline.
-type Kept = (String, Arc<dyn Pipeline>);
+type KeptPipeline = (String, Arc<dyn Pipeline>);
 
 #[derive(Default)]
 pub(in crate::vk) struct Pipelines {
-    /// The last used stand last.
-    kept: Mutex<Vec<Kept>>,
+    /// Pipelines in the order of their last use.
+    kept: Mutex<Vec<KeptPipeline>>,
     compiled: AtomicU64,
 }
 
 impl Pipelines {
-    /// How many were made so far.
+    /// The number of pipelines created so far.
     pub(in crate::vk) fn compiled(&self) -> u64 {
         self.compiled.load(Ordering::Relaxed)
     }
 
-    /// Each pipeline's label and the pipeline, waited for.
+    /// The label of each pipeline and the pipeline, after waiting for it.
     pub(in crate::vk) fn labelled(&self) -> Vec<(String, std::result::Result<vk::Pipeline, vk::Result>)> {
         self.kept().iter().map(|(_, pipeline)| (pipeline.label().to_owned(), pipeline.made())).collect()
     }
 
-    fn kept(&self) -> MutexGuard<'_, Vec<Kept>> {
+    fn kept(&self) -> MutexGuard<'_, Vec<KeptPipeline>> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The pipeline that was made of the same, or what `make` starts to make.
+    /// The existing pipeline with the same description, or a new one by `make`.
     pub(in crate::vk) fn find_or_make<P: Pipeline>(
         &self,
         made_of: String,
@@ -58,7 +58,7 @@ impl Pipelines {
     ) -> Result<Arc<P>> {
         let mut kept = self.kept();
         // A pipeline that failed before may succeed now: there may be more memory.
-        let serves = |(of, pipeline): &Kept| *of == made_of && !pipeline.has_failed();
+        let serves = |(of, pipeline): &KeptPipeline| *of == made_of && !pipeline.has_failed();
         let found = kept.iter().position(serves).map(|place| kept.remove(place));
         let pipeline = match found {
             Some((_, pipeline)) => {
@@ -73,10 +73,10 @@ impl Pipelines {
         Ok(pipeline)
     }
 
-    /// Takes out those that nothing uses, the longest unused first, until [`IDLE`] are left.
-    fn take_surplus(&self) -> Vec<Kept> {
+    /// Removes unused pipelines, least recently used first, until [`IDLE`] are left.
+    fn take_surplus(&self) -> Vec<KeptPipeline> {
         let mut kept = self.kept();
-        let unused = |(_, pipeline): &Kept| Arc::strong_count(pipeline) == 1;
+        let unused = |(_, pipeline): &KeptPipeline| Arc::strong_count(pipeline) == 1;
         let mut surplus = kept.iter().filter(|kept| unused(kept)).count().saturating_sub(IDLE);
         let taken = kept.extract_if(.., |kept| {
             let take = surplus > 0 && unused(kept);
@@ -86,7 +86,7 @@ impl Pipelines {
         taken.collect()
     }
 
-    /// Destroys all. Nothing may be in flight.
+    /// Destroys all pipelines. No work may be in flight.
     pub(in crate::vk) unsafe fn close(&self, device: &ash::Device) {
         for (_, pipeline) in self.kept().drain(..) {
             // SAFETY: the caller's.
@@ -107,7 +107,7 @@ impl Context {
             pipeline.made().map_err(error)?;
         }
         for (_, pipeline) in self.pipelines.take_surplus() {
-            // SAFETY: nothing uses it: what is in flight holds what it uses.
+            // SAFETY: no work uses it, because work in flight keeps its pipelines.
             unsafe { pipeline.destroy(self.device()) };
         }
         Ok(())

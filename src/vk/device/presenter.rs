@@ -1,4 +1,4 @@
-//! A device that presents to a window. It draws a picture and a panel, so it need not have what passes need.
+//! A device that presents to a window. It draws an image and a panel, so it need not meet the requirements of passes.
 
 use super::choose::open;
 use super::context::{Context, Telling};
@@ -12,7 +12,7 @@ use gpu_allocator::vulkan::Allocator;
 use std::ffi::c_char;
 use std::sync::{Arc, Mutex};
 
-/// The surface of a window, and a device that presents to it. Swapchains are destroyed before this is dropped.
+/// The surface of a window, and a device that presents to it. Swapchains are destroyed before this.
 pub struct Presenter {
     pub surface: vk::SurfaceKHR,
     pub surfaces: khr::surface::Instance,
@@ -20,17 +20,17 @@ pub struct Presenter {
     pub physical: vk::PhysicalDevice,
     pub queue: vk::Queue,
     pub queue_family: u32,
-    /// The context's. It is declared before the context, which destroys the device and the surface.
+    /// The allocator of the context. It is declared before the context, which destroys the device and the surface.
     pub allocator: Arc<Mutex<Allocator>>,
     pub context: Arc<Context>,
 }
 
 impl Presenter {
-    /// The device called `name` where it presents to the window, else the first one that does. `extensions`: those that
-    /// the instance needs for `surface`, which makes the window's.
+    /// The device called `name` if it presents to the window, else the first one that does. `extensions` are those that
+    /// the instance needs for `surface`, which creates the surface of the window.
     ///
     /// # Errors
-    /// One sentence: no loader, or no device that presents.
+    /// One sentence: there is no loader, or no device that presents.
     pub fn new(
         name: &str,
         validation: bool,
@@ -67,9 +67,9 @@ impl Presenter {
         let features = Features { dynamic_rendering: true, synchronization2: true, ..Features::default() };
         let host = open(&instance, physical, queue_family, &[khr::swapchain::NAME], features).map_err(failed)?;
         let swapchains = khr::swapchain::Device::new(&instance.raw, &host.device);
-        // SAFETY: the family has the queue that `open` asked for.
+        // SAFETY: the family has the queue that `open` requested.
         let queue = unsafe { host.device.get_device_queue(queue_family, 0) };
-        // The panel's one pipeline is not worth a cache of its own in a file.
+        // One pipeline for the panel does not need a cache file.
         let host = HostDevice { pipeline_cache: Some(vk::PipelineCache::null()), ..host };
         let context = Context::assemble(host, capabilities, Some(instance), Telling::Nothing)?;
         let allocator = Arc::clone(&context.allocator);

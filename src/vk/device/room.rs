@@ -1,24 +1,24 @@
-//! Memory and threads that a driver takes of the machine. A driver that does not get it ends the process, or never
-//! returns: so it is asked for less, or not loaded. The numbers are llvmpipe's, which takes most: measured on two
-//! cores, with an allowance added for more cores.
+//! Memory and threads that a driver needs. A driver that lacks them ends the process or never returns, so the program
+//! asks it for less, or does not load it. The numbers are those of llvmpipe, which needs most, measured on two cores
+//! with an allowance for more.
 
 use crate::memory::{self, Limit, mib};
 use crate::{Error, Result};
 use std::sync::RwLock;
 use std::thread;
 
-/// Bytes of memory from its start until passes are compiled, and from before they are.
+/// Bytes of memory from loading the driver until passes are compiled.
 const DRIVER: u64 = 512 << 20;
 const COMPILER: u64 = 384 << 20;
-/// Bytes of address space for the two, where threads share a heap.
+/// Bytes of address space for the same, if threads share a heap.
 const DRIVER_ADDRESSES: u64 = 1536 << 20;
 const COMPILER_ADDRESSES: u64 = 768 << 20;
 
-/// It starts two threads per core, of so many cores at most, and a few more.
+/// The driver starts two threads per core, for at most this number of cores, and a few more.
 const MOST_CORES: usize = 32;
 const MORE_THREADS: usize = 4;
 
-/// Memory that is free on the machine besides what a driver takes to compile passes; `None`: the system does not say.
+/// Free memory of the machine minus the needs of the driver's compiler; `None` if the system does not report it.
 #[cfg_attr(not(internals), doc(hidden))]
 pub fn beside_compiler() -> Option<Limit> {
     let left = [(memory::free(), COMPILER), (memory::addresses(), COMPILER_ADDRESSES)];
@@ -26,10 +26,10 @@ pub fn beside_compiler() -> Option<Limit> {
     Some(Limit { bytes, words: "the memory that is free beside what the driver takes,".into() })
 }
 
-/// Refuses to load a driver that would not get what it takes.
+/// Refuses to load a driver that would lack memory or threads.
 ///
 /// # Errors
-/// [`Error::Memory`], and [`Error::Device`] where threads are lacking.
+/// [`Error::Memory`], or [`Error::Device`] if there are too few threads.
 pub(in crate::vk) fn check() -> Result<()> {
     let lacks = |left: Option<u64>, taken: u64| {
         left.filter(|left| *left < taken).map(|left| [left, taken].map(|bytes| format!("{:.0} MiB", mib(bytes))))
@@ -55,7 +55,7 @@ pub(in crate::vk) fn check() -> Result<()> {
     Ok(())
 }
 
-/// How many threads the system starts at once, of so many that are asked for.
+/// The number of threads that the system can start at once, at most `wanted`.
 fn threads(wanted: usize) -> usize {
     let gate = RwLock::new(());
     thread::scope(|scope| {
@@ -64,7 +64,7 @@ fn threads(wanted: usize) -> usize {
         let threads: Vec<_> = (0..wanted).map_while(start).collect();
         drop(closed);
         let started = threads.len();
-        // The next thread may need their place.
+        // The next thread may need their resources.
         threads.into_iter().for_each(|thread| thread.join().expect("it does nothing"));
         started
     })

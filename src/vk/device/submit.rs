@@ -1,4 +1,4 @@
-//! Command buffers of our own: taken from a small stock, submitted, waited for, put back.
+//! Own command buffers, which are taken from a small pool, submitted, waited for and returned.
 
 use super::context::Context;
 use crate::{Error, Result};
@@ -6,12 +6,12 @@ use ash::vk;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
 
-/// Longest wait for one submission. A CPU device may take minutes for a large frame.
+/// The timeout of one submission in seconds. A CPU device may take minutes for a large frame.
 const TIMEOUT_S: u64 = 600;
 /// Timestamps per recording: two per zone.
 pub(in crate::vk) const MAX_TIMESTAMPS: u32 = 1024;
 
-/// Vulkan objects that one recording needs; reused from frame to frame.
+/// Vulkan objects of one recording, which are reused in later frames.
 #[derive(Default)]
 pub(in crate::vk) struct CommandSet {
     pool: vk::CommandPool,
@@ -58,7 +58,7 @@ impl CommandSet {
 
     fn begin(&self, device: &ash::Device) -> std::result::Result<(), vk::Result> {
         let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the set is not in flight: it is fresh or was waited for.
+        // SAFETY: the set is not in flight: it is new or was waited for.
         unsafe {
             device.reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())?;
             device.begin_command_buffer(self.commands, &info)
@@ -73,7 +73,7 @@ pub(in crate::vk) fn timestamps(context: &Context) -> std::result::Result<vk::Qu
     unsafe { context.device().create_query_pool(&info, None) }
 }
 
-/// A command buffer that is being recorded or is in flight; it goes back to the stock when dropped, after a wait.
+/// A command buffer that is being recorded or is in flight. When it is dropped, it returns to the pool after a wait.
 pub(in crate::vk) struct Commands {
     context: Arc<Context>,
     set: Option<CommandSet>,
@@ -99,7 +99,7 @@ impl Commands {
         self.set.as_ref().expect("taken only by drop")
     }
 
-    /// Submits what was recorded; `doing` is for the error.
+    /// Submits the recording; `doing` is for the error.
     pub(in crate::vk) fn submit(&mut self, doing: &str) -> Result<()> {
         let set = self.set.as_ref().expect("taken only by drop");
         let failed = |result| self.context.error(doing, result);
@@ -120,14 +120,14 @@ impl Commands {
         Ok(())
     }
 
-    /// Whether the device is done with what was submitted.
+    /// Whether the device has finished the submission.
     pub(in crate::vk) fn poll(&self, doing: &str) -> Result<bool> {
         // SAFETY: the fence is alive.
         let status = unsafe { self.context.device().get_fence_status(self.set().fence) };
         status.map_err(|result| self.context.error(doing, result))
     }
 
-    /// Waits for what was submitted.
+    /// Waits for the submission.
     pub(in crate::vk) fn wait(&mut self, doing: &str) -> Result<()> {
         let (device, fence) = (self.context.device(), self.set().fence);
         let failed = |result| self.context.error(doing, result);
@@ -143,7 +143,7 @@ impl Commands {
             }
             Err(result) => return Err(failed(result)),
         }
-        // SAFETY: signalled, so not in use.
+        // SAFETY: the fence is signalled, so not in use.
         unsafe { device.reset_fences(&[fence]) }.map_err(failed)?;
         self.in_flight = false;
         Ok(())
@@ -154,7 +154,7 @@ impl Commands {
         self.wait(doing)
     }
 
-    /// Starts over after [`Self::submit_and_wait`].
+    /// Starts a new recording after [`Self::submit_and_wait`].
     pub(in crate::vk) fn begin_again(&mut self) -> Result<()> {
         let begun = self.set().begin(self.context.device());
         begun.map_err(|result| self.context.error("starting to record", result))?;
@@ -163,25 +163,25 @@ impl Commands {
     }
 }
 
-/// Everything that earlier commands wrote is visible to what follows.
+/// Makes the writes of all earlier commands visible to later ones.
 pub(in crate::vk) fn record_entry_barrier(context: &Context, commands: vk::CommandBuffer) {
     use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
     record_barrier(context, commands, WRITTEN, (S::ALL_COMMANDS, A::MEMORY_READ | A::MEMORY_WRITE));
 }
 
-/// Everything written is visible to later commands and to the CPU.
+/// Makes all writes visible to later commands and to the CPU.
 pub(in crate::vk) fn record_exit_barrier(context: &Context, commands: vk::CommandBuffer) {
     use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
     let read = A::MEMORY_READ | A::MEMORY_WRITE | A::HOST_READ;
     record_barrier(context, commands, WRITTEN, (S::ALL_COMMANDS | S::HOST, read));
 }
 
-/// Stages, and what they do.
+/// Stages and their accesses.
 type Scope = (vk::PipelineStageFlags2, vk::AccessFlags2);
 
 const WRITTEN: Scope = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_WRITE);
 
-/// Everything before that matches `from` happens before everything after that matches `to`. Outside a rendering scope.
+/// Records a barrier from all earlier work in `from` to all later work in `to`, outside a rendering scope.
 pub(in crate::vk) fn record_barrier(context: &Context, commands: vk::CommandBuffer, from: Scope, to: Scope) {
     let barrier = [vk::MemoryBarrier2::default()
         .src_stage_mask(from.0)
@@ -193,7 +193,7 @@ pub(in crate::vk) fn record_barrier(context: &Context, commands: vk::CommandBuff
     unsafe { context.device().cmd_pipeline_barrier2(commands, &info) };
 }
 
-/// Records a barrier for one image, whose layout may change. Outside a rendering scope.
+/// Records a barrier for one image, which may change its layout, outside a rendering scope.
 pub(in crate::vk) fn record_image_barrier(
     context: &Context,
     commands: vk::CommandBuffer,
@@ -213,11 +213,11 @@ impl Drop for Commands {
         {
             tracing::warn!("{error}");
         }
-        // After a time-out the set may still be in flight, so it is left alone.
+        // After a timeout the set may still be in flight, so it is not touched.
         let Some(device) = self.context.device_to_destroy_with() else { return };
         let Some(set) = self.set.take() else { return };
         if self.in_flight {
-            // SAFETY: the device was lost, so nothing runs any more. Its fence would not serve again.
+            // SAFETY: the device is lost, so nothing runs any more. The fence cannot be reused.
             unsafe { set.destroy(device) };
         } else {
             self.context.commands.lock().unwrap_or_else(PoisonError::into_inner).push(set);
@@ -225,7 +225,7 @@ impl Drop for Commands {
     }
 }
 
-/// Records with `record`, submits and waits. For set-up work outside of frames.
+/// Records with `record`, submits and waits, for setup outside of frames.
 #[cfg_attr(not(internals), doc(hidden))]
 pub fn immediate(context: &Arc<Context>, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
     let mut commands = Commands::begin(context)?;

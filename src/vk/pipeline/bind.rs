@@ -1,4 +1,4 @@
-//! Resources for a pipeline's bindings, by name, checked against reflection.
+//! Resources for the bindings of a pipeline, by name, checked against reflection.
 
 use super::raw_pipeline::RawPipeline;
 use super::reflect::{Binding, BindingKind};
@@ -9,28 +9,28 @@ use crate::vk::resource::sampler::Sampler;
 use crate::vk::resource::structure::Structure;
 use arrayvec::ArrayVec;
 
-/// Where counting shaders add up; bound by itself.
+/// The buffer in which shaders count; it is bound automatically.
 pub(in crate::vk) const COUNTS: &str = "counted";
 
-/// A resource for the binding of that name: a buffer, an acceleration structure, or images that are sampled or, without
-/// a sampler, stored to.
+/// A resource for the binding with that name: a buffer, an acceleration structure, or images, which are sampled with a
+/// sampler and storage images without.
 #[derive(Clone)]
 pub struct Bind<'a> {
     pub(in crate::vk) name: &'a str,
     pub(in crate::vk) buffer: Option<&'a Buffer>,
-    /// No array in a shader is longer than 8 elements.
+    /// The images; no array in a shader has more than 8 elements.
     pub(in crate::vk) views: ArrayVec<ImageView<'a>, 8>,
     pub(in crate::vk) sampler: Option<&'a Sampler>,
     pub(in crate::vk) structure: Option<&'a Structure>,
 }
 
 impl<'a> Bind<'a> {
-    /// A storage or uniform buffer, as the shader declares it.
+    /// A storage or uniform buffer, according to the shader's declaration.
     pub fn buffer(name: &'a str, buffer: &'a Buffer) -> Self {
         Self { buffer: Some(buffer), ..Self::storage_images(name, []) }
     }
 
-    /// The acceleration structure that ray queries go through.
+    /// The acceleration structure of ray queries.
     pub fn structure(name: &'a str, structure: &'a Structure) -> Self {
         Self { structure: Some(structure), ..Self::storage_images(name, []) }
     }
@@ -81,7 +81,7 @@ impl<'a> Bind<'a> {
     }
 }
 
-/// The bound resources, for the log: (binding name, labels).
+/// The bound resources for the log: (binding name, labels).
 pub(in crate::vk) fn labels(pipeline: &RawPipeline, binds: &[Bind<'_>]) -> Vec<(String, Vec<String>)> {
     let of = |binding: &Binding| (binding.name.clone(), find(pipeline, binding, binds).labels());
     pipeline.bindings.iter().filter(|binding| binding.name != COUNTS).map(of).collect()

@@ -1,26 +1,26 @@
-//! From the GLSL below a folder to SPIR-V (Vulkan 1.2). The build includes this file, and so does hot reload.
+//! Compiles the GLSL in a folder to SPIR-V (Vulkan 1.2). The build includes this file, and so does hot reload.
 //!
-//! A shader says at its head in which further forms it is compiled, a line each:
-//! - `//! per method`: once for every folder of `gi`, in which `method/…` is then looked for; `except NAME` leaves one
-//!   out. Shaders in a method's own folder find `method/…` there.
-//! - `//! with NAME`: once with the macro NAME and once without; `except METHOD` as above, `only METHOD` leaves the
-//!   others out.
+//! The head of a shader declares the forms in which it is compiled, one per line:
+//! - `//! per method`: once for every folder of `gi`, which then provides the includes `method/…`; `except NAME` leaves
+//!   one out. In a method's own folder, `method/…` is that folder.
+//! - `//! with NAME`: once with the macro NAME and once without; `except METHOD` as above, and `only METHOD` leaves out
+//!   all other methods.
 //!
 //! `ground/image/image.comp` of the method `rays` with `AOVS` is called `ground/image/image.comp rays AOVS`.
 //!
-//! A header (`*.glsl`) includes all that it uses, so that it compiles alone; a test holds this. It says at its head in
-//! which forms the test compiles it, as a shader does, and further:
+//! A header (`*.glsl`) includes everything that it uses, so that it compiles alone, which a test checks. Its head
+//! declares the forms of the test like a shader, and in addition:
 //! - `//! fragment`: only fragment shaders include it. Without this line the test includes it in a compute shader.
-//! - `//! given LINE`: a shader declares LINE, or the same with another value, before it includes the header. The test
-//!   puts LINE there.
+//! - `//! given LINE`: shaders declare LINE, possibly with another value, before they include the header. The test
+//!   inserts LINE there.
 //!
-//! A macro that is only asked for with `#ifdef` needs no line.
+//! A macro that is only used with `#ifdef` needs no line.
 //!
-//! Everything is bound by its name, so no number is written by hand. Buffers, images and samplers are declared without
-//! set and binding; a pipeline numbers those of all its stages. A specialisation constant is declared as
-//! `layout(constant_id) const uint NAME = 1u;`. A size of a workgroup that is one is declared as
-//! `layout(local_size_x_id) in;`, and the constant is called `local_size_x`. This file gives the constants of each
-//! shader their numbers, and writes their names into the module.
+//! Resources and constants are bound by name, so no number is written by hand. Buffers, images and samplers are
+//! declared without set and binding, and a pipeline numbers those of all its stages. A specialisation constant is
+//! declared as `layout(constant_id) const uint NAME = 1u;`. A workgroup size that is a constant is declared as
+//! `layout(local_size_x_id) in;`, and the constant is called `local_size_x`. This file numbers the constants of each
+//! shader, and writes their names into the module.
 
 use super::used::keep_used;
 use rspirv::binary::Assemble;
@@ -36,28 +36,28 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{fs, thread};
 
-/// A form of a shader, compiled.
+/// A compiled form of a shader.
 pub struct Compiled {
     pub name: String,
-    /// The specialisation constants that it declares: it may depend on fewer.
+    /// The specialisation constants that it declares, of which it may use fewer.
     #[allow(dead_code, reason = "only the build reads them: a running program cannot give other constants")]
     pub constants: Vec<String>,
 }
 
-/// Where compiled shaders are kept.
+/// A store of compiled shaders.
 pub trait Store: Sync {
-    /// Whether the shader called `name` is there, made of this preprocessed text.
+    /// Whether the store has the shader `name`, compiled from this preprocessed text.
     fn has(&self, name: &str, text: &str) -> bool;
 
     /// # Errors
-    /// Why it cannot be kept.
+    /// Adds a shader. The error says why it cannot be stored.
     fn put(&self, name: &str, text: &str, words: Vec<u32>) -> Result<(), String>;
 }
 
-/// Compiles every form of every shader below `root` that the store lacks. All forms, sorted by name.
+/// Compiles every form of every shader below `root` that the store lacks. Returns all forms, sorted by name.
 ///
 /// # Errors
-/// The messages of every shader that has an error or a warning, each as `file:line: message`.
+/// The messages for every shader with an error or a warning, each as `file:line: message`.
 pub fn compile_all(root: &Path, store: &impl Store) -> Result<Vec<Compiled>, String> {
     let mut shaders = Vec::new();
     find_files(root, &mut shaders, &|path| kind(path).is_some());
@@ -77,14 +77,14 @@ pub fn compile_all(root: &Path, store: &impl Store) -> Result<Vec<Compiled>, Str
             }
         };
         for _ in 1..threads {
-            // Where no further thread is to be had, those that there are compile all.
+            // If no further thread can be started, the running ones compile everything.
             let _ = thread::Builder::new().spawn_scoped(scope, compile);
         }
         compile();
     });
     let mut errors = errors.into_inner().expect("no compiling thread panicked");
     if !errors.is_empty() {
-        // An error in a header that several shaders include is said once.
+        // An error in a header that several shaders include is reported once.
         errors.sort();
         errors.dedup();
         return Err(errors.join("\n"));
@@ -104,7 +104,7 @@ fn kind(path: &Path) -> Option<ShaderKind> {
     }
 }
 
-/// The folders of `gi`.
+/// The method folders in `gi`.
 fn methods(root: &Path) -> Vec<String> {
     let folders = fs::read_dir(root.join("gi")).into_iter().flatten().flatten();
     let mut names: Vec<String> = folders.map(|folder| folder.file_name().to_string_lossy().into_owned()).collect();
@@ -112,7 +112,7 @@ fn methods(root: &Path) -> Vec<String> {
     names
 }
 
-/// All files below a folder that are wanted.
+/// All files in a folder that satisfy `is_wanted`.
 pub fn find_files(folder: &Path, found: &mut Vec<PathBuf>, is_wanted: &dyn Fn(&Path) -> bool) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
@@ -126,13 +126,13 @@ pub fn find_files(folder: &Path, found: &mut Vec<PathBuf>, is_wanted: &dyn Fn(&P
 
 /// One form of a shader.
 #[derive(Clone)]
-struct Form {
+struct ShaderForm {
     method: Option<String>,
     defines: Vec<String>,
 }
 
-impl Form {
-    /// Of the shader called `plain`.
+impl ShaderForm {
+    /// The name of this form of the shader `plain`.
     fn name(&self, plain: &str, per_method: bool) -> String {
         let method = self.method.iter().filter(|_| per_method).map(String::as_str);
         let parts = std::iter::once(plain).chain(method).chain(self.defines.iter().map(String::as_str));
@@ -140,10 +140,10 @@ impl Form {
     }
 }
 
-/// The forms that a shader's head asks for, and whether it is compiled per method.
-fn forms(plain: &str, source: &str, methods: &[String]) -> (Vec<Form>, bool) {
+/// The forms that the head of a shader declares, and whether it is compiled per method.
+fn forms(plain: &str, source: &str, methods: &[String]) -> (Vec<ShaderForm>, bool) {
     let own = plain.strip_prefix("gi/").and_then(|rest| rest.split_once('/')).map(|(method, _)| method.to_owned());
-    let mut forms = vec![Form { method: own, defines: vec![] }];
+    let mut forms = vec![ShaderForm { method: own, defines: vec![] }];
     let mut per_method = false;
     for line in source.lines().filter_map(|line| line.strip_prefix("//! ")) {
         let (line, only) = line.split_once(" only ").map_or((line, None), |(line, only)| (line, Some(only)));
@@ -151,7 +151,7 @@ fn forms(plain: &str, source: &str, methods: &[String]) -> (Vec<Form>, bool) {
         if what == "per method" {
             per_method = true;
             let others = methods.iter().filter(|method| *method != except);
-            forms = others.map(|method| Form { method: Some(method.clone()), defines: vec![] }).collect();
+            forms = others.map(|method| ShaderForm { method: Some(method.clone()), defines: vec![] }).collect();
         } else if let Some(define) = what.strip_prefix("with ") {
             for mut form in forms.clone() {
                 let method = form.method.as_deref();
@@ -172,31 +172,30 @@ struct Shader<'a> {
 }
 
 impl Shader<'_> {
-    /// The name it goes by: its path below the root, with `/` on every system.
+    /// The name of the shader: its path below the root, with `/` on every system.
     fn name(&self) -> String {
         let below = self.path.strip_prefix(self.root).expect("shaders lie below the root");
         below.to_string_lossy().replace('\\', "/")
     }
 
-    /// Compiles it in all of its forms.
+    /// Compiles the shader in all of its forms.
     fn compile_forms(&self, methods: &[String], store: &impl Store) -> Result<Vec<Compiled>, String> {
         let plain = self.name();
         let source = fs::read_to_string(self.path).map_err(|e| format!("{}: {e}", self.path.display()))?;
         let (forms, per_method) = forms(&plain, &source, methods);
-        let compile = |form: &Form| self.compile(&source, form, form.name(&plain, per_method), store);
+        let compile = |form: &ShaderForm| self.compile(&source, form, form.name(&plain, per_method), store);
         forms.iter().map(compile).collect()
     }
 
     /// Compiles one form for the store.
-    fn compile(&self, source: &str, form: &Form, name: String, store: &impl Store) -> Result<Compiled, String> {
-        // Every file is included once per shader, so that common files need no guards.
+    fn compile(&self, source: &str, form: &ShaderForm, name: String, store: &impl Store) -> Result<Compiled, String> {
+        // Every file is included once per shader, so that common files need no include guards.
         let included = RefCell::new(HashSet::new());
         let mut options = CompileOptions::new().map_err(|e| e.to_string())?;
         options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_2 as u32);
         options.set_target_spirv(SpirvVersion::V1_5);
-        // Drivers optimise for themselves: measured on llvmpipe, frames take as long, and this takes a thirteenth of
-        // the time. The optimiser would also strip the names that everything is bound by. What is not used is dropped
-        // below.
+        // Optimisation is left to drivers: on llvmpipe, frames take the same time, and compilation takes a thirteenth.
+        // The optimiser would also remove the names for binding. Unused parts are removed below.
         options.set_optimization_level(OptimizationLevel::Zero);
         options.set_warnings_as_errors();
         options.set_auto_bind_uniforms(true);
@@ -225,7 +224,7 @@ impl Shader<'_> {
     }
 }
 
-/// The messages of the compiler, one a line.
+/// The messages of the compiler, one per line.
 fn messages(error: &shaderc::Error) -> String {
     match error {
         shaderc::Error::CompilationError(_, text) => text.trim_end().to_owned(),
@@ -233,7 +232,7 @@ fn messages(error: &shaderc::Error) -> String {
     }
 }
 
-/// The `text` of a shader with a number for every specialisation constant, and their names by these numbers.
+/// The `text` of a shader with a number for every specialisation constant, and their names in the order of numbers.
 pub fn numbered(text: &str) -> (String, Vec<String>) {
     let outside = |c: char| !c.is_ascii_alphanumeric() && c != '_';
     let (mut done, mut names, mut copied) = (String::new(), Vec::new(), 0);
@@ -242,7 +241,7 @@ pub fn numbered(text: &str) -> (String, Vec<String>) {
         let (before, after) = (&text[..at], text[end..].trim_start());
         let begin = before.rfind(outside).map_or(0, |place| place + 1);
         let name = match &before[begin..] {
-            // `layout(constant_id) const uint NAME = 1u;`
+            // An example is `layout(constant_id) const uint NAME = 1u;`.
             "constant" if after.starts_with(')') => after.split(outside).filter(|word| !word.is_empty()).nth(2),
             size @ ("local_size_x" | "local_size_y" | "local_size_z") if after.starts_with([',', ')']) => Some(size),
             _ => None,
@@ -256,10 +255,10 @@ pub fn numbered(text: &str) -> (String, Vec<String>) {
     (done + &text[copied..], names)
 }
 
-/// The module without what it never reaches, in which everything that is bound has its name.
+/// The module without unused parts, in which every bound resource has its name.
 ///
 /// # Errors
-/// A constant has another number than those of `constants`, which are called so.
+/// The number of a constant does not belong to one of `constants`.
 fn finished(words: &[u32], constants: &[String]) -> Result<Vec<u32>, String> {
     let mut module = rspirv::dr::load_words(words).expect("shaderc writes SPIR-V");
     keep_used(&mut module);
@@ -284,7 +283,7 @@ fn numbers(module: &Module) -> Vec<(u32, u32)> {
     module.annotations.iter().filter_map(number).collect()
 }
 
-/// The blocks without an instance name, each with the name of its first member, by which GLSL speaks of it.
+/// The blocks without an instance name, each with the name of its first member, by which GLSL refers to it.
 fn blocks(module: &Module) -> Vec<(u32, String)> {
     let (mut members, mut named) = (HashMap::new(), HashSet::new());
     for i in &module.debug_names {
@@ -318,7 +317,7 @@ fn rename(module: &mut Module, id: u32, name: &str) {
 mod tests {
     use super::*;
 
-    /// Takes everything.
+    /// A store that accepts everything.
     struct Sink;
 
     impl Store for Sink {
@@ -331,7 +330,7 @@ mod tests {
         }
     }
 
-    /// Copies the headers, and puts beside each a shader that includes it alone; how many those are.
+    /// Copies the headers, and adds a shader for each that includes it alone. Returns the number of headers.
     fn headers_alone(from: &Path, to: &Path, below: &str) -> usize {
         let mut count = 0;
         fs::create_dir_all(to.join(below)).unwrap();
@@ -344,7 +343,7 @@ mod tests {
                 let head: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("//! ")).collect();
                 let lines = |prefix: &str| head.iter().map(|line| format!("{prefix}{line}\n")).collect::<String>();
                 let given = head.iter().filter_map(|line| line.strip_prefix("given "));
-                // A header with a main of its own is all of a shader; one that gives main another name is not.
+                // A header with its own main is a complete shader, unless main has another name.
                 let main = text.contains("\nvoid main()") && !text.contains("#define main");
                 let shader = format!(
                     "#version 460\n#extension GL_GOOGLE_include_directive : require\n\

@@ -1,8 +1,8 @@
-//! Specialisation constants: given by name, and checked against the shaders as bindings are.
+//! Specialisation constants, which are given by name and checked against the shaders like bindings.
 
 use super::shader;
 
-/// The value of a constant, of the type that GLSL declares.
+/// The value of a constant, with the type of its GLSL declaration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
     Uint(u32),
@@ -13,7 +13,7 @@ pub enum Value {
 /// The name of a specialisation constant in GLSL, and its value.
 pub type Constant = (&'static str, Value);
 
-/// Whether shaders count what they read (`glsl/common/count.glsl`). The device says so, and no pass.
+/// Whether shaders count their reads (`glsl/common/count.glsl`). The device sets it, not a pass.
 pub(in crate::vk) const COUNTING: &str = "COUNTING";
 
 impl From<u32> for Value {
@@ -44,11 +44,11 @@ impl Value {
     }
 }
 
-/// The values of all constants that the shaders of the pass `label` depend on.
+/// The values of all constants that the shaders of the pass `label` use.
 ///
-/// Panics when a shader depends on a constant that is not given or has another type, when a constant is given that no
-/// header and no shader of the pass declares, and when one is given twice. A constant of a header may be given to a
-/// pass that does without: passes of one family share a list. One that a shader declares in its own file may not.
+/// Panics if a constant that a shader uses is not given or has another type, if a given constant is declared by no
+/// header and no shader of the pass, or if one is given twice. A constant of a header may be given to a pass that does
+/// not use it, because related passes share a list. A constant of a shader's own file may not.
 pub(in crate::vk) fn checked(label: &str, shaders: &[&str], given: &[Constant], counting: bool) -> Vec<Constant> {
     let mut used = Vec::new();
     for shader in shaders {

@@ -29,7 +29,8 @@ pub struct VertexInput<'a> {
     pub attributes: &'a [(u32, vk::Format, u32)],
 }
 
-/// Inputs from which a [`Raster`] is made. Triangle lists, no culling; viewport and scissor come with the draw.
+/// The description of a [`Raster`] pipeline. It draws triangle lists without culling; viewport and scissor are set at
+/// the draw.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RasterDesc<'a> {
     pub label: &'a str,
@@ -37,33 +38,33 @@ pub struct RasterDesc<'a> {
     pub vertex: &'a str,
     pub geometry: Option<&'a str>,
     pub fragment: Option<&'a str>,
-    /// Specialisation constants, all that the stages depend on; more may be given, of the headers or of these stages.
+    /// Specialisation constants: all that the stages use, and possibly more of the headers or of these stages.
     pub constants: &'a [Constant],
     pub vertex_input: Option<VertexInput<'a>>,
     pub color_formats: &'a [vk::Format],
     pub depth: Option<DepthDesc>,
     /// Samples per pixel: 1, 2, 4, …; 0 means 1.
     pub samples: u32,
-    /// No colour is written.
+    /// Whether colour writes are off.
     pub masked: bool,
-    /// The hardware makes a fragment of every pixel that a triangle touches; only on a context that can.
+    /// Whether the hardware rasterises conservatively, on a context that supports it.
     pub conservative: bool,
 }
 
-/// Inputs from which a [`Compute`] is made.
+/// The description of a [`Compute`] pipeline.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ComputeDesc<'a> {
     pub label: &'a str,
     /// Shader by its path below `glsl/`.
     pub shader: &'a str,
-    /// Specialisation constants, all that the shader depends on; more may be given, of the headers or of this shader.
+    /// Specialisation constants: all that the shader uses, and possibly more of the headers or of this shader.
     pub constants: &'a [Constant],
 }
 
-/// A pipeline, made of [`RasterDesc`] or [`ComputeDesc`].
+/// A pipeline made from [`RasterDesc`] or [`ComputeDesc`].
 pub struct Pipeline<Desc> {
     pub(in crate::vk) raw: Arc<RawPipeline>,
-    /// Destroys the pipeline when it goes.
+    /// The context, which destroys the pipeline.
     _context: Arc<Context>,
     _made_of: PhantomData<Desc>,
 }
@@ -72,7 +73,7 @@ pub type Raster = Pipeline<RasterDesc<'static>>;
 pub type Compute = Pipeline<ComputeDesc<'static>>;
 
 impl<Desc> Pipeline<Desc> {
-    fn of(raw: Arc<RawPipeline>, context: &Arc<Context>) -> Self {
+    fn of_raw(raw: Arc<RawPipeline>, context: &Arc<Context>) -> Self {
         Self { raw, _context: context.clone(), _made_of: PhantomData }
     }
 
@@ -85,7 +86,7 @@ impl<Desc> Pipeline<Desc> {
         &self.raw.bindings
     }
 
-    /// Those of `binds` that the pipeline uses: passes that share resources list them once.
+    /// The resources of `binds` that the pipeline uses, because passes that share resources list them once.
     pub fn select<'a>(&self, binds: &[Bind<'a>]) -> Vec<Bind<'a>> {
         let used = |bind: &&Bind<'a>| self.raw.bindings.iter().any(|binding| binding.name == bind.name);
         binds.iter().filter(used).cloned().collect()
@@ -96,30 +97,30 @@ impl<Desc> Pipeline<Desc> {
         &self.raw.stages
     }
 
-    /// Bytes of the push block, 0 without one.
+    /// Bytes of the push block; 0 without one.
     pub fn push_bytes(&self) -> u32 {
         self.raw.push_bytes
     }
 }
 
 impl Compute {
-    /// Starts to compile the pipeline, or takes the one that the context has already. Panics when the shader uses what
-    /// pipelines here do not offer, or when the constants are not those that it declares and depends on. Its first use
-    /// waits for it, as does [`Context::wait_for_pipelines`].
+    /// Starts to compile the pipeline, or returns the existing one of the context. Panics if the shader uses features
+    /// that these pipelines do not support, or if the constants do not match. The first use waits for the compilation,
+    /// as does [`Context::wait_for_pipelines`].
     pub fn new(context: &Arc<Context>, desc: &ComputeDesc<'_>) -> Result<Self> {
         let constants = checked(desc.label, &[desc.shader], desc.constants, context.counting);
         let desc = ComputeDesc { constants: &constants, ..*desc };
         let raw = context.pipelines.find_or_make(format!("{} {desc:?}", generation()), || {
             RawPipeline::new(context, desc.label, &[desc.shader], &constants, None)
         })?;
-        Ok(Self::of(raw, context))
+        Ok(Self::of_raw(raw, context))
     }
 }
 
 impl Raster {
-    /// Starts to compile the pipeline, or takes the one that the context has already. Panics when the shaders disagree
-    /// or use what pipelines here do not offer, or when the constants are not those that they declare and depend on.
-    /// Its first use waits for it, as does [`Context::wait_for_pipelines`].
+    /// Starts to compile the pipeline, or returns the existing one of the context. Panics if the shaders disagree or
+    /// use features that these pipelines do not support, or if the constants do not match. The first use waits for the
+    /// compilation, as does [`Context::wait_for_pipelines`].
     pub fn new(context: &Arc<Context>, desc: &RasterDesc<'_>) -> Result<Self> {
         let shaders = [Some(desc.vertex), desc.geometry, desc.fragment].into_iter().flatten();
         let shaders: Vec<_> = shaders.collect();
@@ -131,6 +132,6 @@ impl Raster {
         let raw = context.pipelines.find_or_make(format!("{} {desc:?}", generation()), || {
             RawPipeline::new(context, desc.label, &shaders, &constants, Some(RasterState::new(&desc)))
         })?;
-        Ok(Self::of(raw, context))
+        Ok(Self::of_raw(raw, context))
     }
 }

@@ -1,17 +1,17 @@
-//! Loads from every storage buffer at the start of a shader, for a driver that loses descriptors in loops.
+//! Adds loads from every storage buffer at the start of a shader, for a driver that loses descriptors in loops.
 //!
-//! llvmpipe of Mesa 25.2 to 26.1 finds the address of a descriptor where a shader needs it first. Where that lies in a
-//! loop and the address is read after the loop too, it is kept in a register of each lane, which stays empty until a
-//! lane has passed there. Inner loops are run even if no lane is active: the driver then reads address 0 and crashes.
-//! An address that is found before any loop needs no such register.
+//! llvmpipe of Mesa 25.2 to 26.1 computes the address of a descriptor at its first use. If that is in a loop and the
+//! address is also used after the loop, it is kept in a register per lane, which is empty until the lane has been
+//! there. Inner loops run even if no lane is active: the driver then reads address 0 and crashes. An address that is
+//! computed before any loop needs no such register.
 
 use rspirv::dr::{Block, Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, Op, StorageClass, Word};
 use std::collections::{HashMap, HashSet};
 
-/// Lets the entry point load a word of each storage buffer that it reads, before anything else. So that no compiler
-/// takes the loads out, a number that is computed of them, and is always 0, is added to the whole numbers that the
-/// first block loads; to its floats, where it loads no others.
+/// Makes the entry point load a word of each storage buffer that it reads, before anything else. To keep compilers from
+/// removing the loads, a number that is computed from them and is always 0 is added to the integers that the first
+/// block loads, or to its floats if it loads no integers.
 pub(in crate::vk) fn load_early(module: &mut Module) {
     let mut early = Early::new(module);
     let words = early.load_words(module);
@@ -35,7 +35,7 @@ fn id_at(i: &Instruction, place: usize) -> Word {
 struct Early {
     /// The next id.
     bound: Word,
-    /// Types, constants and variables outside of the module's functions, by their ids.
+    /// Types, constants and variables outside of functions, by their ids.
     known: HashMap<Word, Instruction>,
     /// Types and constants that the module lacks.
     globals: Vec<Instruction>,
@@ -58,7 +58,7 @@ impl Early {
         self.bound - 1
     }
 
-    /// The type or constant of these operands: the module's own, or a new one.
+    /// The type or constant with these operands: an existing one, or a new one.
     fn global(&mut self, op: Op, kind: Option<Word>, operands: Vec<Operand>) -> Word {
         let same = |i: &&Instruction| i.class.opcode == op && i.result_type == kind && i.operands == operands;
         if let Some(id) = self.known.values().chain(&self.globals).find(same).and_then(|i| i.result_id) {
@@ -78,14 +78,14 @@ impl Early {
         self.global(Op::Constant, Some(uint), vec![Operand::LiteralBit32(value)])
     }
 
-    /// Computes a value of type `kind`.
+    /// Emits the computation of a value of type `kind`.
     fn compute(&mut self, op: Op, kind: Word, of: &[Word]) -> Word {
         let id = self.id();
         self.code.push(Instruction::new(op, Some(kind), Some(id), of.iter().copied().map(Operand::IdRef).collect()));
         id
     }
 
-    /// Loads the first word of each storage buffer that is not only written.
+    /// Emits loads of the first word of each storage buffer that is not write-only.
     fn load_words(&mut self, module: &Module) -> Vec<Word> {
         let written: HashSet<Word> = module.annotations.iter().filter_map(only_written).collect();
         let uint = self.uint();
@@ -105,7 +105,7 @@ impl Early {
         words
     }
 
-    /// The type of the first number within a type, and how many indices lead to it. `None` if it is not a word, or may
+    /// The type of the first number within a type, and the number of indices to it. `None` if it is not a word, or may
     /// not be read.
     fn first_word(&self, kind: Word, written: &HashSet<Word>) -> Option<(Word, usize)> {
         let i = &self.known[&kind];
@@ -120,7 +120,7 @@ impl Early {
         }
     }
 
-    /// Computes 0 of words: the lowest bit of w² + w, which is even whatever they are. `None` if there are no words.
+    /// Emits a computation of 0 from words: the lowest bit of w² + w, which is always even. `None` without words.
     fn zero_of(&mut self, words: &[Word]) -> Option<Word> {
         let (uint, one) = (self.uint(), self.constant(1));
         let all = words.iter().copied().reduce(|a, b| self.compute(Op::BitwiseXor, uint, &[a, b]))?;
@@ -129,7 +129,7 @@ impl Early {
         Some(self.compute(Op::BitwiseAnd, uint, &[even, one]))
     }
 
-    /// The block in which the module loads numbers first: in the entry point, or in the first function that this calls.
+    /// The first block in which the module loads numbers: in the entry point, or in the first function that it calls.
     fn first_block<'a>(&self, module: &'a mut Module) -> Option<&'a mut Block> {
         let mut id = module.entry_points.first().map(|entry| id_at(entry, 1));
         loop {
@@ -143,13 +143,13 @@ impl Early {
         }
     }
 
-    /// The type of the numbers that an instruction loads; `None` if it loads something else.
+    /// The type of the numbers that an instruction loads; `None` for other loads.
     fn loads(&self, i: &Instruction) -> Option<Number> {
         let kind = i.result_type.filter(|_| i.class.opcode == Op::Load)?;
         self.number(kind)
     }
 
-    /// Adds `zero` to the whole numbers that a block's instructions load, or else to the floats.
+    /// Adds `zero` to the integers that a block's instructions load, or else to the floats.
     fn add_to_loads(&mut self, block: Vec<Instruction>, zero: Word) -> Vec<Instruction> {
         let whole = block.iter().any(|i| self.loads(i).is_some_and(|number| number.whole));
         let mut added = Vec::new();
@@ -172,7 +172,7 @@ impl Early {
         added
     }
 
-    /// A value of type `kind`, which is a `number`, plus `zero`, a word.
+    /// Emits the sum of a value of type `kind`, which is a `number`, and the word `zero`.
     fn sum(&mut self, kind: Word, value: Word, number: Number, zero: Word) -> Word {
         let uint = self.uint();
         let (convert, add) = if number.whole { (Op::Bitcast, Op::IAdd) } else { (Op::ConvertUToF, Op::FAdd) };
@@ -183,7 +183,7 @@ impl Early {
         self.compute(add, kind, &[value, zero])
     }
 
-    /// The parts of a type; `None` if it is no number of 32 bits and no vector of such numbers.
+    /// The parts of a type; `None` unless it is a 32-bit number or a vector of such numbers.
     fn number(&self, kind: Word) -> Option<Number> {
         let i = self.known.get(&kind)?;
         match (i.class.opcode, &i.operands[..]) {
@@ -198,9 +198,9 @@ impl Early {
     }
 }
 
-/// A number or a vector of numbers of 32 bits.
+/// A 32-bit number or a vector of 32-bit numbers.
 struct Number {
-    /// An integer, not a float.
+    /// Whether it is an integer, not a float.
     whole: bool,
     /// Its type, or that of each component.
     scalar: Word,

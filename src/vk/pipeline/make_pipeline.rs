@@ -1,4 +1,4 @@
-//! The driver's part of making a pipeline, with all that it needs owned, so that a thread can do it.
+//! The driver's part of creating a pipeline, with all of its inputs owned, so that it can run on a thread.
 
 use super::constants::Constant;
 use super::desc::{DepthDesc, RasterDesc};
@@ -10,30 +10,30 @@ use crate::vk::device::label::set_name;
 use ash::vk;
 use std::sync::Arc;
 
-/// The pipeline, or why there is none.
+/// The pipeline, or the error of the driver.
 pub(in crate::vk) type Made = Result<vk::Pipeline, vk::Result>;
 
-/// Inputs from which a pipeline is compiled.
+/// Inputs for compiling a pipeline.
 pub(in crate::vk) struct Making {
     device: ash::Device,
     debug_utils: Option<ash::ext::debug_utils::Device>,
     cache: vk::PipelineCache,
-    /// Statistics are kept where the context describes its pipelines.
+    /// Flags, which make the driver keep statistics if the context describes its pipelines.
     flags: vk::PipelineCreateFlags,
     layout: vk::PipelineLayout,
     label: String,
-    /// In pipeline order, with their words.
+    /// Stages in pipeline order, with their words.
     stages: Vec<(vk::ShaderStageFlags, &'static [u32])>,
     constants: Vec<Constant>,
-    /// Names and numbers.
+    /// Names and numbers of bindings.
     bindings: Vec<(String, u32)>,
     /// Whether the driver loses descriptors in loops.
     loads_early: bool,
-    /// Of a raster pipeline.
+    /// The state of a raster pipeline.
     raster: Option<Arc<RasterState>>,
 }
 
-/// The fixed functions of a [`RasterDesc`].
+/// The fixed-function state of a [`RasterDesc`].
 pub(in crate::vk) struct RasterState {
     vertex_bindings: Vec<vk::VertexInputBindingDescription>,
     vertex_attributes: Vec<vk::VertexInputAttributeDescription>,
@@ -68,7 +68,7 @@ impl RasterState {
 }
 
 impl Making {
-    /// For `raw`, whose layout is there. `constants`: all that its shaders depend on.
+    /// Inputs for `raw`, whose layout exists. `constants` are all that its shaders use.
     pub(in crate::vk) fn new(context: &Context, raw: &RawPipeline, constants: &[Constant]) -> Self {
         let flags = match context.executable_properties {
             Some(_) => vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR,
@@ -89,7 +89,7 @@ impl Making {
         }
     }
 
-    /// Compiles it: this is what takes long.
+    /// Compiles the pipeline, which takes long.
     pub(in crate::vk) fn make(&self) -> Made {
         let choices = Choices { constants: &self.constants, bindings: &self.bindings, loads_early: self.loads_early };
         let module = |(flag, words): &(vk::ShaderStageFlags, &[u32])| {
@@ -106,7 +106,7 @@ impl Making {
         };
         let made = modules.iter().map(stage).collect::<Result<Vec<_>, _>>().and_then(|stages| self.make_of(&stages));
         for (_, module) in modules.into_iter().flatten() {
-            // SAFETY: pipelines do not need their modules once made.
+            // SAFETY: pipelines do not need their modules after creation.
             unsafe { self.device.destroy_shader_module(module, None) };
         }
         made.inspect(|handle| set_name(self.debug_utils.as_ref(), *handle, &self.label))
@@ -136,7 +136,7 @@ impl Making {
         let assembly =
             vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
         let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
-        // Grown by no more than the device cannot help: an exact test follows.
+        // Triangles grow by no more than the device's minimum, because an exact test follows.
         let mut conservative = vk::PipelineRasterizationConservativeStateCreateInfoEXT::default()
             .conservative_rasterization_mode(vk::ConservativeRasterizationModeEXT::OVERESTIMATE);
         let mut raster = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);

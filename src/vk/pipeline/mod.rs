@@ -1,4 +1,4 @@
-//! Shaders, specialised and reflected, the pipelines that are made of them, and the resources that these take by name.
+//! Shaders with their specialisation and reflection, pipelines, and the resources that these bind by name.
 
 pub(in crate::vk) mod bind;
 #[cfg(feature = "hot-reload")]

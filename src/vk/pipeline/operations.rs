@@ -1,13 +1,13 @@
-//! Values of SPIR-V's operations on scalars, as far as known operands decide them.
+//! Results of SPIR-V operations on scalars, as far as known operands determine them.
 
 use rspirv::dr::Operand;
 use rspirv::spirv::{Op, Word};
 use std::collections::HashMap;
 
-/// Values of scalars that are integers of 32 bits or booleans (0, 1), by their ids.
+/// Known values of 32-bit integers and booleans (0, 1), by their ids.
 pub(super) type Known = HashMap<Word, u32>;
 
-/// The value of an operation, if the known operands decide it.
+/// The value of an operation, if the known operands determine it.
 pub(super) fn value_of(op: Op, operands: &[Operand], known: &Known) -> Option<u32> {
     let at = |place: usize| known.get(&operands.get(place)?.id_ref_any()?).copied();
     let truth = |value: bool| Some(u32::from(value));
@@ -17,7 +17,7 @@ pub(super) fn value_of(op: Op, operands: &[Operand], known: &Known) -> Option<u3
             return Some(0);
         }
         (Op::LogicalOr, Some(1), _) | (Op::LogicalOr, _, Some(1)) => return Some(1),
-        (Op::ULessThan, _, Some(0)) => return Some(0), // so a loop of no rounds is known to be one
+        (Op::ULessThan, _, Some(0)) => return Some(0), // so that a loop without iterations is recognised
         (Op::Select, Some(condition), _) => return at(if condition != 0 { 1 } else { 2 }),
         _ => {}
     }

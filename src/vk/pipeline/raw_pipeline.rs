@@ -1,9 +1,10 @@
-//! A pipeline as the context holds it: its layouts, what its shaders say, and its handle once a thread has compiled it.
+//! A pipeline as the context stores it: its layouts, the reflection of its shaders, and its handle once a thread has
+//! compiled it.
 
 use super::bind::COUNTS;
 use super::constants::Constant;
 use super::make_pipeline::{Made, Making, RasterState};
-use super::reflect::{self, Binding, BindingKind, Module, Stage, StageInfo};
+use super::reflect::{self, Binding, BindingKind, Module, ShaderStage, StageInfo};
 use super::shader;
 use super::specialize::names_used;
 use crate::vk::device::context::Context;
@@ -14,13 +15,13 @@ use std::collections::HashSet;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::{self, JoinHandle};
 
-/// Bytes of push constants that every Vulkan device offers.
+/// Bytes of push constants that every Vulkan device supports.
 const MAX_PUSH_BYTES: u32 = 128;
 
-/// As large as a main thread's usually is: drivers compile by recursion.
+/// The stack of a compiling thread, as large as a main thread's usually is, because drivers compile recursively.
 const STACK_BYTES: usize = 8 << 20;
 
-/// A pipeline with what its shaders say of it.
+/// A pipeline with the reflection of its shaders.
 pub(in crate::vk) struct RawPipeline {
     pub(in crate::vk) layout: vk::PipelineLayout,
     set_layout: vk::DescriptorSetLayout,
@@ -29,7 +30,7 @@ pub(in crate::vk) struct RawPipeline {
     pub(in crate::vk) bindings: Vec<Binding>,
     pub(in crate::vk) push_bytes: u32,
     pub(in crate::vk) push_stages: vk::ShaderStageFlags,
-    /// Of a raster pipeline.
+    /// The state of a raster pipeline.
     pub(in crate::vk) raster: Option<Arc<RasterState>>,
     making: Mutex<Option<JoinHandle<Made>>>,
     made: OnceLock<Made>,
@@ -43,7 +44,7 @@ impl Pipeline for RawPipeline {
     fn made(&self) -> std::result::Result<vk::Pipeline, vk::Result> {
         *self.made.get_or_init(|| {
             let thread = self.making.lock().unwrap_or_else(PoisonError::into_inner).take();
-            // A panic has been reported by then; the context must still be able to destroy what there is.
+            // A panic was reported before; the context must still be able to destroy existing objects.
             thread.expect("started once").join().unwrap_or(Err(vk::Result::ERROR_UNKNOWN))
         })
     }
@@ -53,7 +54,7 @@ impl Pipeline for RawPipeline {
     }
 
     unsafe fn destroy(&self, device: &ash::Device) {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees this.
         unsafe {
             device.destroy_pipeline(self.made().unwrap_or_default(), None);
             device.destroy_pipeline_layout(self.layout, None);
@@ -62,8 +63,8 @@ impl Pipeline for RawPipeline {
     }
 }
 
-/// Keeps the bindings of one way in which rays find triangles: with both, a pass may have more than devices push. Constants
-/// cut the queries out where a device has none.
+/// Keeps the bindings of one tracer, because a pass with those of both may exceed the limit of push descriptors.
+/// Constants remove the queries on a device without them.
 fn keep_traced(module: &mut Module, constants: &[Constant], queries: bool) {
     let structures = module.bindings.iter().filter(|binding| binding.kind == BindingKind::Structure);
     let Some(structure) = structures.map(|binding| binding.name.clone()).next() else { return };
@@ -76,7 +77,7 @@ fn keep_traced(module: &mut Module, constants: &[Constant], queries: bool) {
 }
 
 impl RawPipeline {
-    /// Reflects the shaders, makes the layouts, and starts to compile. `constants`: all that the shaders depend on.
+    /// Reflects the shaders, creates the layouts, and starts to compile. `constants` are all that the shaders use.
     pub(in crate::vk) fn new(
         context: &Context,
         label: &str,
@@ -86,7 +87,7 @@ impl RawPipeline {
     ) -> Result<Self> {
         let mut modules: Vec<_> = shaders.iter().map(|name| reflect::module(shader::entry(name))).collect();
         if !context.counting {
-            // Nothing reads it once the constant is set: `specialize` takes it out of the shaders too.
+            // No shader reads it once the constant is set: `specialize` removes it from the shaders too.
             modules.iter_mut().for_each(|module| module.bindings.retain(|binding| binding.name != COUNTS));
         }
         modules.iter_mut().for_each(|module| keep_traced(module, constants, context.has_ray_queries()));
@@ -140,32 +141,32 @@ impl RawPipeline {
         Ok(this)
     }
 
-    fn storage_buffers_of(&self, stage: Stage) -> u32 {
+    fn storage_buffers_of(&self, stage: ShaderStage) -> u32 {
         let of_stage = |binding: &&Binding| binding.kind == BindingKind::Storage && binding.stages.contains(&stage);
         self.bindings.iter().filter(of_stage).map(|binding| binding.count).sum()
     }
 
-    /// Compiles the pipeline on a thread of its own: a frame has about twenty, and drivers compile each on the
-    /// caller's.
+    /// Compiles the pipeline on a thread of its own: a frame has about twenty, and drivers compile on the calling
+    /// thread.
     fn start(&mut self, making: Making) {
         let making = Arc::new(making);
         let on_thread = making.clone();
         let thread = thread::Builder::new().name("pipeline".into()).stack_size(STACK_BYTES);
         match thread.spawn(move || on_thread.make()) {
             Ok(thread) => self.making = Mutex::new(Some(thread)),
-            // No thread is to be had: here, then.
+            // No thread can be started, so the pipeline is compiled here.
             Err(_) => self.made = OnceLock::from(making.make()),
         }
     }
 
-    /// The pipeline as in [`Pipeline::made`], for a pass that needs it now. Panics where the driver did not make it and
-    /// nobody asked [`Context::wait_for_pipelines`].
+    /// The pipeline as in [`Pipeline::made`], for a pass that needs it now. Panics if the driver failed and
+    /// [`Context::wait_for_pipelines`] was not called.
     pub(in crate::vk) fn handle(&self) -> vk::Pipeline {
         self.made().unwrap_or_else(|result| panic!("compiling the pass {} failed ({result})", self.label))
     }
 
     pub(in crate::vk) fn bind_point(&self) -> vk::PipelineBindPoint {
-        let is_compute = self.stages[0].stage == Stage::Compute;
+        let is_compute = self.stages[0].stage == ShaderStage::Compute;
         if is_compute { vk::PipelineBindPoint::COMPUTE } else { vk::PipelineBindPoint::GRAPHICS }
     }
 

@@ -9,17 +9,17 @@ use spirq::ty::{AccessType, DescriptorType, Type};
 use spirq::var::Variable;
 use std::collections::{BTreeMap, HashMap};
 
-/// The stage that a module was compiled for.
+/// The stage for which a module was compiled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Stage {
+pub enum ShaderStage {
     Vertex,
     Geometry,
     Fragment,
     Compute,
 }
 
-impl Stage {
+impl ShaderStage {
     pub(in crate::vk) fn flag(self) -> vk::ShaderStageFlags {
         match self {
             Self::Vertex => vk::ShaderStageFlags::VERTEX,
@@ -30,17 +30,17 @@ impl Stage {
     }
 }
 
-/// One stage of a pipeline, by its SPIR-V.
+/// One stage of a pipeline, from its SPIR-V.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct StageInfo {
-    pub stage: Stage,
+    pub stage: ShaderStage,
     /// Path below `glsl/`.
     pub shader: &'static str,
     /// Number of output locations: colour outputs of a fragment shader.
     pub outputs: usize,
 }
 
-/// Kind of resource that a binding takes.
+/// The kind of resource of a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BindingKind {
@@ -68,7 +68,7 @@ impl BindingKind {
 /// One binding of set 0, merged over a pipeline's stages.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Binding {
-    /// Its number in the pipeline, which the order of the names gives.
+    /// The number in the pipeline, in the order of names.
     pub binding: u32,
     /// The GLSL instance name; for a block without one, the name of its first member.
     pub name: String,
@@ -76,12 +76,12 @@ pub struct Binding {
     /// Elements of an array of resources, else 1.
     pub count: u32,
     /// The stages that use it, in pipeline order.
-    pub stages: Vec<Stage>,
-    /// No stage may write it.
+    pub stages: Vec<ShaderStage>,
+    /// Whether no stage may write it.
     pub read_only: bool,
 }
 
-/// One member of a struct as the compiler laid it out.
+/// A member of a struct in the compiler's layout.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Member {
     pub name: String,
@@ -91,18 +91,18 @@ pub struct Member {
     pub bytes: usize,
 }
 
-/// A struct as the compiler laid it out.
+/// A struct in the compiler's layout.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StructLayout {
     pub members: Vec<Member>,
-    /// Bytes from one element of an array of it to the next, where one was found.
+    /// Bytes from one element of an array of the struct to the next, if there is such an array.
     pub stride: Option<usize>,
 }
 
-/// A name and the words under it; both live as long as the program.
+/// The name and the words of a shader, which live as long as the program.
 pub(in crate::vk) type Shader = (&'static str, &'static [u32]);
 
-/// One module, reflected.
+/// A reflected module.
 pub(in crate::vk) struct Module {
     pub(in crate::vk) info: StageInfo,
     pub(in crate::vk) bindings: Vec<Binding>,
@@ -110,14 +110,14 @@ pub(in crate::vk) struct Module {
     pub(in crate::vk) push_bytes: u32,
 }
 
-/// Reflects one module. Panics when it uses what the pipelines do not offer: a programming error in its GLSL.
+/// Reflects one module. Panics if it uses features that pipelines do not support, which is a mistake in its GLSL.
 pub(in crate::vk) fn module((name, words): Shader) -> Module {
     let entry = entry_point((name, words));
     let stage = match entry.exec_model {
-        ExecutionModel::Vertex => Stage::Vertex,
-        ExecutionModel::Geometry => Stage::Geometry,
-        ExecutionModel::Fragment => Stage::Fragment,
-        ExecutionModel::GLCompute => Stage::Compute,
+        ExecutionModel::Vertex => ShaderStage::Vertex,
+        ExecutionModel::Geometry => ShaderStage::Geometry,
+        ExecutionModel::Fragment => ShaderStage::Fragment,
+        ExecutionModel::GLCompute => ShaderStage::Compute,
         other => panic!("{name}: stage {other:?} is not used here"),
     };
     let (mut bindings, mut push_bytes, mut outputs) = (Vec::new(), 0, 0);
@@ -125,7 +125,7 @@ pub(in crate::vk) fn module((name, words): Shader) -> Module {
         match variable {
             Variable::Descriptor { .. } => bindings.push(binding(name, stage, variable)),
             Variable::PushConstant { ty, .. } => {
-                // One past the last byte that it uses, without padding at its end.
+                // The offset behind the last byte that it uses, without padding.
                 let members = ty.as_struct().map_or(&[][..], |block| &block.members);
                 let end = members.iter().map(|m| m.offset.unwrap_or(0) + m.ty.nbyte().unwrap_or(0)).max();
                 push_bytes = end.unwrap_or(0) as u32;
@@ -150,8 +150,8 @@ fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
     })
 }
 
-/// The specialisation constants that the module depends on, since the build left no other: by name, with their default
-/// values.
+/// The specialisation constants that the module uses, by name, with their default values. The build has removed all
+/// others.
 pub(in crate::vk) fn constants(words: &[u32]) -> Vec<(String, Value)> {
     const NAME: u32 = 5;
     const TYPE_FLOAT: u32 = 22;
@@ -181,8 +181,8 @@ pub(in crate::vk) fn constants(words: &[u32]) -> Vec<(String, Value)> {
     found
 }
 
-/// The module with every expression of specialisation constants replaced by a constant of its type: spirq evaluates
-/// them all, knows few operators and fails on the rest, and no layout here depends on one.
+/// The module with every expression of specialisation constants replaced by a constant of its type. The crate spirq
+/// evaluates all expressions, knows few operators, and fails on others; no layout here depends on one.
 fn without_constant_expressions(words: &[u32]) -> Vec<u32> {
     const TYPE_BOOL: u32 = 20;
     const CONSTANT_TRUE: u32 = 41;
@@ -214,7 +214,7 @@ fn entry_point((name, words): Shader) -> EntryPoint {
     entries.into_iter().next().unwrap_or_else(|| panic!("{name}: no entry point"))
 }
 
-fn binding(shader: &str, stage: Stage, variable: &Variable) -> Binding {
+fn binding(shader: &str, stage: ShaderStage, variable: &Variable) -> Binding {
     let Variable::Descriptor { name, desc_bind, desc_ty, nbind, .. } = variable else {
         unreachable!("called for descriptors only")
     };
@@ -232,7 +232,7 @@ fn binding(shader: &str, stage: Stage, variable: &Variable) -> Binding {
     Binding { binding: desc_bind.bind(), name, kind, count: *nbind, stages: vec![stage], read_only }
 }
 
-/// Merges the bindings of several stages by name, and numbers them. Panics when two stages disagree on one.
+/// Merges the bindings of several stages by name, and numbers them. Panics if two stages disagree on one.
 pub(in crate::vk) fn merge(label: &str, modules: &[Module]) -> Vec<Binding> {
     let mut merged: BTreeMap<&str, Binding> = BTreeMap::new();
     for found in modules.iter().flat_map(|module| &module.bindings) {
@@ -248,10 +248,10 @@ pub(in crate::vk) fn merge(label: &str, modules: &[Module]) -> Vec<Binding> {
     merged.into_values().zip(0..).map(|(binding, number)| Binding { binding: number, ..binding }).collect()
 }
 
-/// Whether a pipeline can take `new` for `own`: it may leave out what it does not read.
+/// Whether a pipeline can use `new` in place of `own`. It may omit resources.
 ///
 /// # Errors
-/// `new` takes something that `own` does not; the error names it.
+/// `new` uses a resource that `own` does not; the error names it.
 #[cfg(feature = "hot-reload")]
 pub(in crate::vk) fn check_same_interface(own: Shader, new: Shader) -> crate::Result<()> {
     let refuse = |what: String| Err(crate::Error::Usage(format!("glsl/{}: {what}: build the program anew", new.0)));
@@ -274,7 +274,7 @@ pub(in crate::vk) fn check_same_interface(own: Shader, new: Shader) -> crate::Re
     }
 }
 
-/// All named structs below the descriptors and the push block.
+/// All named structs in the descriptors and the push block.
 pub(in crate::vk) fn structs(shader: Shader) -> BTreeMap<String, StructLayout> {
     let mut found = BTreeMap::new();
     for variable in &entry_point(shader).vars {

@@ -1,4 +1,4 @@
-//! Hot reload: GLSL that changes on disk replaces what the build compiled, for pipelines that are made from then on.
+//! Hot reload: GLSL files that change on disk replace the compiled shaders of pipelines that are created afterwards.
 
 use super::compile::{Store, compile_all};
 use super::shader;
@@ -11,7 +11,7 @@ use std::time::SystemTime;
 /// A folder of GLSL that is watched.
 pub struct Reload {
     root: PathBuf,
-    /// When each file was written last.
+    /// The time of the last write of each file.
     stamps: BTreeMap<PathBuf, SystemTime>,
     shaders: Shaders,
     learnt: bool,
@@ -23,14 +23,14 @@ struct Shaders(Mutex<State>);
 
 #[derive(Default)]
 struct State {
-    /// Whether texts are noted as those that the build compiled, instead of compiled.
+    /// Whether texts are recorded as those that the build compiled, instead of compiled.
     learns: bool,
     texts: HashMap<String, String>,
     compiled: BTreeMap<String, Vec<u32>>,
 }
 
 impl Reload {
-    /// Takes what is in the folder now for what the build compiled.
+    /// Watches a folder, whose current state is taken as that of the build.
     ///
     /// # Errors
     /// There is no GLSL in the folder.
@@ -42,19 +42,19 @@ impl Reload {
         Ok(Self { root: root.to_owned(), stamps, shaders: Shaders::default(), learnt: false })
     }
 
-    /// Takes all shaders of a folder in the place of those that the build compiled.
+    /// Replaces the shaders of the build by all shaders of a folder.
     ///
     /// # Errors
-    /// The compiler's messages, or that a shader's interface is another one.
+    /// The compiler's messages, or a sentence about a changed interface of a shader.
     pub fn take_all(root: &Path) -> Result<()> {
         Self::watch(root)?.compile().map(drop)
     }
 
-    /// Compiles what was saved since the last look; how many shaders pipelines now get anew, `None` where no file
-    /// changed. Where anything is wrong, all stays as it is. The first look takes longer: it reads everything.
+    /// Compiles files that were saved since the last call. Returns the number of replaced shaders, or `None` if no file
+    /// changed. After an error everything stays as it is. The first call takes longer, because it reads everything.
     ///
     /// # Errors
-    /// The compiler's messages, `file:line: message` a line.
+    /// The compiler's messages, one `file:line: message` per line.
     pub fn look(&mut self) -> Option<Result<usize>> {
         if !std::mem::replace(&mut self.learnt, true)
             && let Err(error) = self.learn()
@@ -69,14 +69,14 @@ impl Reload {
         Some(self.compile())
     }
 
-    /// Reads what each shader is made of.
+    /// Records the text of each shader.
     fn learn(&self) -> Result<()> {
         self.shaders.lock().learns = true;
         let read = compile_all(&self.root, &self.shaders);
         let mut state = self.shaders.lock();
         state.learns = false;
         if stamps(&self.root) != self.stamps {
-            state.texts.clear(); // which of two states was read is not known
+            state.texts.clear(); // it is unknown which of two states was read
         }
         read.map(drop).map_err(Error::Usage)
     }
@@ -110,7 +110,7 @@ impl Store for Shaders {
     }
 }
 
-/// Of every file below a folder. One that an editor is just replacing is absent, and is found by the next look.
+/// The times of all files in a folder. A file that an editor is replacing is missing, and is found by the next call.
 fn stamps(folder: &Path) -> BTreeMap<PathBuf, SystemTime> {
     let mut found = BTreeMap::new();
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {

@@ -1,4 +1,4 @@
-//! The SPIR-V that the build compiled from `glsl/`, by the shader's path below that folder.
+//! The SPIR-V that the build compiled from `glsl/`, by the shader's path in that folder.
 
 use super::bind::COUNTS;
 use super::constants::{Constant, Value};
@@ -13,10 +13,10 @@ use {
     std::sync::{PoisonError, RwLock},
 };
 
-/// A form of a shader, as the build compiled it.
+/// A form of a shader that the build compiled.
 struct Built {
     name: &'static str,
-    /// Where its words stand among those of all.
+    /// The range of its words among those of all shaders.
     words: Range<usize>,
     /// The specialisation constants that it declares.
     constants: &'static [&'static str],
@@ -29,46 +29,46 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     SHADERS.iter().map(|shader| shader.name)
 }
 
-/// The words of the shader called `name`. Panics when no such file was compiled: a programming error.
+/// The words of the shader `name`. Panics if no such file was compiled, which is a mistake in the program.
 pub fn spirv(name: &str) -> &'static [u32] {
     entry(name).1
 }
 
-/// The specialisation constants that the shader called `name` depends on, with their default values.
+/// The specialisation constants that the shader `name` uses, with their default values.
 pub fn constants(name: &str) -> Vec<(String, Value)> {
     reflect::constants(spirv(name))
 }
 
-/// The words of the shader called `name` as a pipeline takes it that is given these constants.
+/// The words of the shader `name`, specialised with these constants as for a pipeline.
 pub fn specialized(name: &str, constants: &[Constant]) -> Vec<u32> {
     specialize(spirv(name), &Choices { constants, ..Choices::default() })
 }
 
-/// The module `words` as it is given to a driver that loses descriptors in loops: see `src/vk/pipeline/early.rs`.
+/// The module `words` with the changes for a driver that loses descriptors in loops: see `src/vk/pipeline/early.rs`.
 pub fn loading_early(words: &[u32]) -> Vec<u32> {
     specialize(words, &Choices { loads_early: true, ..Choices::default() })
 }
 
-/// The stage of the shader called `name`, and what it binds where it counts nothing.
+/// The stage of the shader `name`, and its bindings without counting.
 pub fn reflected(name: &str) -> (StageInfo, Vec<Binding>) {
     let module = reflect::module(entry(name));
     (module.info, module.bindings.into_iter().filter(|binding| binding.name != COUNTS).collect())
 }
 
-/// Whether the shader called `name`, or any header, declares the specialisation constant `constant`.
+/// Whether the shader `name`, or any header, declares the specialisation constant `constant`.
 pub(in crate::vk) fn declares(name: &str, constant: &str) -> bool {
     SHADERS[place(name)].constants.contains(&constant) || HEADER_CONSTANTS.contains(&constant)
 }
 
-/// Shaders that hot reload put in the place of those that the build compiled.
+/// Shaders of hot reload that replace those of the build.
 #[cfg(feature = "hot-reload")]
 static REPLACED: RwLock<BTreeMap<&str, &[u32]>> = RwLock::new(BTreeMap::new());
 
-/// How often shaders were replaced.
+/// The number of replacements so far.
 #[cfg(feature = "hot-reload")]
 static GENERATION: AtomicU64 = AtomicU64::new(0);
 
-/// Pipelines of different generations may be made of different words.
+/// The number of replacements so far: pipelines of different generations may have different words.
 pub(in crate::vk) fn generation() -> u64 {
     #[cfg(feature = "hot-reload")]
     return GENERATION.load(Ordering::Acquire);
@@ -76,21 +76,21 @@ pub(in crate::vk) fn generation() -> u64 {
     0
 }
 
-/// Whether shaders were edited since the program was built: they need not take everything that passes give them.
+/// Whether shaders were edited since the program was built. Edited ones need not use everything that passes give them.
 pub(in crate::vk) fn are_edited() -> bool {
     generation() > 0
 }
 
-/// Takes other words for shaders of these names, whether or not they are read now; how many those are. The words are
-/// never freed: pipelines under way may read them.
+/// Replaces the words of these shaders, whether or not they are in use, and returns their number. The words are never
+/// freed, because pipelines may still read them.
 ///
 /// # Errors
-/// One takes what the program does not give it. Then all stays as it is.
+/// A shader uses a resource that the program does not give it. Then nothing is replaced.
 #[cfg(feature = "hot-reload")]
 pub(in crate::vk) fn replace(shaders: BTreeMap<String, Vec<u32>>) -> crate::Result<usize> {
     let mut found = Vec::new();
     for (name, words) in shaders {
-        // A shader that the program was built without is read by nothing.
+        // No pass uses a shader that was added after the build.
         if let Ok(index) = find(&name) {
             let own = built(index);
             let new: &'static [u32] = words.leak();
@@ -104,7 +104,7 @@ pub(in crate::vk) fn replace(shaders: BTreeMap<String, Vec<u32>>) -> crate::Resu
     Ok(count)
 }
 
-/// Name and words, both with the life of the program.
+/// Name and words, which live as long as the program.
 pub(in crate::vk) fn entry(name: &str) -> (&'static str, &'static [u32]) {
     let own = built(place(name));
     #[cfg(feature = "hot-reload")]
@@ -132,8 +132,8 @@ fn built(place: usize) -> (&'static str, &'static [u32]) {
     (shader.name, &WORDS[shader.words.clone()])
 }
 
-/// The layout of every named struct that the buffers and push blocks of shader `name` hold, as the compiler laid it
-/// out: offsets and sizes in bytes.
+/// The compiler's layout of every named struct in the buffers and push blocks of shader `name`: offsets and sizes in
+/// bytes.
 pub fn structs(name: &str) -> BTreeMap<String, StructLayout> {
     reflect::structs(entry(name))
 }

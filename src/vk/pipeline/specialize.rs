@@ -1,6 +1,6 @@
-//! Sets a shader's specialization constants before the driver sees it, cuts the branches that they decide, and numbers
-//! its bindings as the pipeline does. Drivers would copy every function into the places that call it first and find out
-//! afterwards that nothing gets there: on llvmpipe that is more than half of the time that a pipeline takes.
+//! Sets a shader's specialisation constants before the driver sees it, removes the branches that they decide, and
+//! numbers its bindings for the pipeline. Drivers would inline every function first and find unreachable code
+//! afterwards: on llvmpipe that is more than half of the time for a pipeline.
 
 use super::constants::Constant;
 use super::early::load_early;
@@ -11,23 +11,23 @@ use rspirv::dr::{Block, Function, Instruction, Module, Operand, load_words};
 use rspirv::spirv::{Capability, Decoration, Op, Word};
 use std::collections::{HashMap, HashSet};
 
-/// How a pipeline takes its shaders.
+/// Inputs of the specialisation for a pipeline.
 #[derive(Clone, Copy, Default)]
 pub(in crate::vk) struct Choices<'a> {
-    /// Those that are not given keep their default values.
+    /// Constants. Those that are not given keep their default values.
     pub(in crate::vk) constants: &'a [Constant],
-    /// Names, as the build wrote them, and numbers; a binding that is not given keeps its number.
+    /// Names of bindings as the build wrote them, and numbers. A binding that is not given keeps its number.
     pub(in crate::vk) bindings: &'a [(String, u32)],
     /// Whether the driver loses descriptors in loops: see [`load_early`].
     pub(in crate::vk) loads_early: bool,
 }
 
-/// The module `words`, valid SPIR-V from the build, as a pipeline takes it.
+/// The module `words`, valid SPIR-V from the build, specialised for a pipeline.
 pub(in crate::vk) fn specialize(words: &[u32], choices: &Choices) -> Vec<u32> {
     specialized(words, choices).assemble()
 }
 
-/// Names of the variables, bindings among them, that these constants leave of a module.
+/// Names of the variables, including bindings, that remain in a module with these constants.
 pub(in crate::vk) fn names_used(words: &[u32], constants: &[Constant]) -> HashSet<String> {
     let module = specialized(words, &Choices { constants, ..Choices::default() });
     names(&module).into_values().collect()
@@ -56,7 +56,7 @@ fn specialized(words: &[u32], choices: &Choices) -> Module {
     module
 }
 
-/// Takes out what a module asks of the device for ray queries, where it has none left: most devices lack it.
+/// Removes the capability and extension of ray queries if no query is left, because most devices lack them.
 fn keep_asked(module: &mut Module) {
     let queries = |i: &Instruction| matches!(i.class.opcode, Op::TypeRayQueryKHR | Op::TypeAccelerationStructureKHR);
     if module.types_global_values.iter().any(queries) {
@@ -67,7 +67,7 @@ fn keep_asked(module: &mut Module) {
     module.extensions.retain(|i| i.operands[0] != extension);
 }
 
-/// Names of what stands outside of functions, by its id.
+/// Names of objects outside of functions, by id.
 type Names = HashMap<Word, String>;
 
 fn names(module: &Module) -> Names {
@@ -78,7 +78,7 @@ fn names(module: &Module) -> Names {
     module.debug_names.iter().filter_map(name).collect()
 }
 
-/// Gives the bindings the pipeline's numbers.
+/// Sets the bindings' numbers to those of the pipeline.
 fn number_bindings(module: &mut Module, names: &Names, bindings: &[(String, u32)]) {
     for i in &mut module.annotations {
         if let [Operand::IdRef(id), Operand::Decoration(Decoration::Binding), Operand::LiteralBit32(number)] =
@@ -90,7 +90,7 @@ fn number_bindings(module: &mut Module, names: &Names, bindings: &[(String, u32)
     }
 }
 
-/// The types of scalars that are integers of 32 bits or booleans, and whether they are the latter.
+/// The types of 32-bit integers and booleans, and whether they are booleans.
 type Scalars = HashMap<Word, bool>;
 
 fn scalar_types(module: &Module) -> Scalars {
@@ -102,7 +102,7 @@ fn scalar_types(module: &Module) -> Scalars {
     module.types_global_values.iter().filter_map(scalar).collect()
 }
 
-/// Turns specialization constants into constants, with what is computed from them; all constants known.
+/// Turns specialisation constants and expressions of them into constants. Returns all known constants.
 fn set_constants(module: &mut Module, scalars: &Scalars, names: &Names, constants: &[Constant]) -> Known {
     let is_number = |i: &Instruction| i.operands.get(1) == Some(&Operand::Decoration(Decoration::SpecId));
     let value = |i: &Instruction| {
@@ -146,7 +146,7 @@ fn set_constants(module: &mut Module, scalars: &Scalars, names: &Names, constant
     known
 }
 
-/// Places of functions, each after those it calls.
+/// Indices of functions, each after those that it calls.
 fn callees_first(functions: &[Function]) -> Vec<usize> {
     let places: HashMap<Word, usize> =
         functions.iter().enumerate().filter_map(|(k, f)| Some((f.def_id()?, k))).collect();
@@ -181,17 +181,17 @@ fn target(operand: &Operand) -> Word {
     operand.unwrap_id_ref()
 }
 
-/// Blocks of a function that can be reached, and values known in it.
+/// Reachable blocks of a function, and known values in it.
 struct Walk {
     reached: HashSet<Word>,
-    /// Constants, and what is computed of them inside.
+    /// Known values: constants, and expressions of them inside the function.
     known: Known,
 }
 
 impl Walk {
     fn new(function: &Function, scalars: &Scalars, constants: &Known, results: &Known) -> Self {
         let mut walk = Self { reached: function.blocks.first().map(label).into_iter().collect(), known: Known::new() };
-        // Once more whenever something was reached, so that a block may stand before one that leads to it.
+        // The walk repeats whenever it reached a new block, because a block may precede one that leads to it.
         loop {
             let before = walk.reached.len();
             let mut passed = HashSet::new();
@@ -230,7 +230,7 @@ impl Walk {
         self.reached.extend(next.into_iter().filter(|_| leads_on));
     }
 
-    /// One value from wherever it comes. A way back is not known yet.
+    /// The value of a phi if it is the same from all sources. A back edge is not known yet.
     fn phi(&self, phi: &Instruction, passed: &HashSet<Word>) -> Option<u32> {
         let mut values = Vec::new();
         for pair in phi.operands.chunks(2) {
@@ -249,7 +249,7 @@ impl Walk {
         }
     }
 
-    /// Where a conditional branch always leads.
+    /// The target of a conditional branch with a known condition.
     fn decided(&self, last: &Instruction) -> Option<Word> {
         if last.class.opcode != Op::BranchConditional {
             return None;
@@ -258,7 +258,7 @@ impl Walk {
         Some(target(&last.operands[if condition != 0 { 1 } else { 2 }]))
     }
 
-    /// The value that the function returns, where it is always the same.
+    /// The value that the function returns, if it is always the same.
     fn result(&self, function: &Function) -> Option<u32> {
         let lasts = function.blocks.iter().filter(|block| self.reached.contains(&label(block)));
         let returned =
@@ -271,10 +271,10 @@ impl Walk {
         }
     }
 
-    /// Takes out the blocks that are not reached.
+    /// Removes unreachable blocks.
     fn cut(&self, function: &mut Function) {
         function.blocks.iter_mut().for_each(|block| self.lead_on(block));
-        // A block that merges or continues stays, empty, for what names it.
+        // A merge or continue block stays, but empty, because other blocks refer to it.
         let (mut merges, mut continues) = (HashSet::new(), HashMap::new());
         for block in function.blocks.iter().filter(|block| self.reached.contains(&label(block))) {
             for i in &block.instructions {
@@ -305,7 +305,7 @@ impl Walk {
         keep_ways(function);
     }
 
-    /// Replaces a branch whose way is decided.
+    /// Replaces a conditional branch with a known target by a plain branch.
     fn lead_on(&self, block: &mut Block) {
         let Some(next) = block.instructions.last().and_then(|last| self.decided(last)) else { return };
         block.instructions.pop();
@@ -314,7 +314,7 @@ impl Walk {
     }
 }
 
-/// Takes the ways that are gone out of what chooses by them.
+/// Removes unreachable predecessors from phi instructions.
 fn keep_ways(function: &mut Function) {
     let mut ways: HashSet<(Word, Word)> = HashSet::new();
     for block in &function.blocks {
@@ -341,7 +341,7 @@ mod tests {
         specialize(shader::spirv(name), &Choices { constants: &constants, ..Default::default() })
     }
 
-    /// Ids that something reads and nothing defines.
+    /// Ids that are used and not defined.
     fn undefined(module: &Module) -> Vec<Word> {
         let defined: HashSet<Word> = module.all_inst_iter().filter_map(|i| i.result_id).collect();
         let read =

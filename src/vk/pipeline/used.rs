@@ -1,11 +1,11 @@
-//! Removal of functions, variables and constants that a shader's module does not use. The build includes this file too.
+//! Removes unused functions, variables and constants from a shader's module. The build includes this file too.
 
 use rspirv::dr::{Function, Instruction, Module, Operand};
 use rspirv::spirv::Decoration;
 use std::collections::{HashMap, HashSet};
 
-/// Takes out functions that are never called, and variables and constants that nothing reads: those would be bindings
-/// and settings of the pipeline.
+/// Removes functions that are never called, and variables and constants that nothing reads, which would otherwise be
+/// bindings and constants of the pipeline.
 pub fn keep_used(module: &mut Module) {
     let ids = |i: &Instruction| -> Vec<u32> {
         i.operands.iter().filter_map(Operand::id_ref_any).chain(i.result_type).collect()
@@ -18,7 +18,7 @@ pub fn keep_used(module: &mut Module) {
     let main = |i: &Instruction| i.operands[1].unwrap_id_ref();
     let mut open: Vec<u32> = module.entry_points.iter().map(main).collect();
     open.extend(module.execution_modes.iter().flat_map(ids));
-    // The size of a workgroup is a constant that nothing names but its decoration.
+    // Only its decoration refers to the constant of the workgroup size.
     let built_in = |i: &&Instruction| i.operands.get(1) == Some(&Operand::Decoration(Decoration::BuiltIn));
     open.extend(module.annotations.iter().filter(built_in).flat_map(ids));
     let mut used: HashSet<u32> = HashSet::new();
@@ -31,10 +31,10 @@ pub fn keep_used(module: &mut Module) {
     let is_used = |id: u32| used.contains(&id);
     module.functions.retain(|f| f.def_id().is_some_and(is_used));
     module.types_global_values.retain(|i| i.result_id.is_none_or(is_used));
-    // Outside of functions names say what is bound; inside they say nothing that anyone reads.
+    // Outside of functions, names identify bindings; inside, nothing reads them.
     let of = |i: &Instruction| i.operands.first().and_then(Operand::id_ref_any);
     module.debug_names.retain(|i| of(i).is_none_or(is_used));
-    // Instructions that are left in functions keep their decorations too.
+    // Decorations of remaining instructions in functions stay too.
     let inner: HashSet<u32> =
         module.functions.iter().flat_map(|f| f.all_inst_iter()).filter_map(|i| i.result_id).collect();
     module.annotations.retain(|i| of(i).is_none_or(|id| is_used(id) || inner.contains(&id)));

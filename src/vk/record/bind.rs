@@ -1,4 +1,4 @@
-//! Binds a pipeline with its resources and its push block while a frame is recorded.
+//! Binds a pipeline with its resources and its push block during recording.
 
 use super::recorder::Recorder;
 use crate::vk::pipeline::bind::{Bind, COUNTS, check_names, find};
@@ -11,7 +11,7 @@ use ash::vk;
 use bytemuck::Pod;
 use std::sync::Arc;
 
-/// The resources that descriptors point at while they are written; its capacity serves the next command.
+/// Descriptor infos while they are written. Their capacity is reused by the next command.
 #[derive(Default)]
 pub(in crate::vk) struct Infos {
     buffers: Vec<vk::DescriptorBufferInfo>,
@@ -43,8 +43,8 @@ impl Infos {
 
 /// Binds a pipeline with all its resources and its push block.
 ///
-/// Panics when a binding is missing, unknown or of another kind, or when the push block's size differs, unless it has
-/// none.
+/// Panics if a binding is missing, unknown or of another kind, or if the size of the push block differs, unless the
+/// shader has none.
 pub(in crate::vk) fn bind_pipeline<T: Pod>(
     recorder: &mut Recorder,
     pipeline: &Arc<RawPipeline>,
@@ -63,7 +63,7 @@ pub(in crate::vk) fn bind_pipeline<T: Pod>(
     check_names(pipeline, binds);
     let push = bytemuck::bytes_of(push);
     let (pass, wanted) = (&pipeline.label, pipeline.push_bytes as usize);
-    // A form of a shader that reads nothing of its push block has none.
+    // A form of a shader that does not read its push block has none.
     let push = if wanted == 0 { &[] } else { push };
     assert_eq!(push.len(), wanted, "pass {pass}: the push block has {wanted} bytes, the struct {}", push.len());
 
@@ -98,7 +98,7 @@ fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, infos: &Infos) 
         return;
     }
     let (mut buffers, mut images) = (infos.buffers.as_slice(), infos.images.as_slice());
-    // A shader has one at most.
+    // A shader has at most one.
     let structures =
         vk::WriteDescriptorSetAccelerationStructureKHR::default().acceleration_structures(&infos.structures);
     // No pass has more bindings.
@@ -120,11 +120,11 @@ fn push_descriptors(recorder: &Recorder, pipeline: &RawPipeline, infos: &Infos) 
         .collect();
     let (commands, point, layout) = (recorder.handle, pipeline.bind_point(), pipeline.layout);
     let push_descriptor = &recorder.context().push_descriptor;
-    // SAFETY: what is bound is kept, and of the kind that the layout states.
+    // SAFETY: bound resources are kept alive, and their kinds match the layout.
     unsafe { push_descriptor.cmd_push_descriptor_set(commands, point, layout, 0, &writes) };
 }
 
-/// The first `count` elements, which `from` then no longer has.
+/// Splits off the first `count` elements of `from`.
 fn take<'a, T>(from: &mut &'a [T], count: usize) -> &'a [T] {
     let (taken, rest) = from.split_at(count);
     *from = rest;

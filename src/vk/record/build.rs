@@ -1,16 +1,18 @@
-//! Building acceleration structures while a frame is recorded.
+//! Builds acceleration structures during recording.
 
 use super::frame_log::CommandLog;
 use super::recorder::Recorder;
 use super::transfer::upload_into;
 use crate::Result;
 use crate::vk::device::context::Context;
-use crate::vk::resource::structure::{Corners, Parts, RawStructure, Structure, StructureDesc, functions};
+use crate::vk::resource::structure::{
+    RawStructure, Structure, StructureDesc, StructureInput, TriangleCorners, functions,
+};
 use ash::vk;
 use std::sync::Arc;
 
 impl Structure {
-    /// Of a context with ray queries, for the triangles of `desc`.
+    /// A structure for the triangles of `desc`, on a context with ray queries.
     ///
     /// # Errors
     /// Too little memory, or a lost device.
@@ -22,15 +24,15 @@ impl Structure {
 }
 
 impl Recorder {
-    /// Builds a structure anew over the triangles that `corners` holds by then: as many as it was made for. What
-    /// queries go through it afterwards comes after a barrier.
-    pub fn build(&mut self, structure: &Structure, corners: &Corners<'_>) {
+    /// Rebuilds a structure over the triangles that `corners` holds at that time, as many as it was created for. A
+    /// barrier must follow before queries use it.
+    pub fn build(&mut self, structure: &Structure, corners: &TriangleCorners<'_>) {
         let (scratch, aligned) = (structure.scratch.address(), self.context().capabilities.scratch_alignment);
         let scratch = scratch.next_multiple_of(aligned);
         let given = [corners.indices, corners.positions, &structure.scratch];
         self.build_one(&structure.triangles, &structure.desc().parts(Some(corners)), scratch);
         self.log_build(&structure.triangles, given.map(|buffer| buffer.label().to_owned()).into());
-        self.full_barrier(); // the structure over it reads it, and is built in the same memory
+        self.full_barrier(); // the upper structure reads it, and is built in the same memory
         self.build_one(&structure.top, &structure.desc().top(structure.instance.address()), scratch);
         let given = [structure.instance.label(), structure.scratch.label(), &structure.triangles.label];
         self.log_build(&structure.top, given.map(str::to_owned).into());
@@ -41,10 +43,10 @@ impl Recorder {
         self.keep(structure.top.clone());
     }
 
-    fn build_one(&mut self, structure: &RawStructure, parts: &Parts, scratch: u64) {
+    fn build_one(&mut self, structure: &RawStructure, parts: &StructureInput, scratch: u64) {
         let scratch = vk::DeviceOrHostAddressKHR { device_address: scratch };
         let info = parts.info().dst_acceleration_structure(structure.handle()).scratch_data(scratch);
-        // SAFETY: outside of a rendering scope; everything that has an address is kept.
+        // SAFETY: outside of a rendering scope; every buffer with an address is kept.
         unsafe {
             functions(self.context()).cmd_build_acceleration_structures(self.handle, &[info], &[parts.ranges()]);
         }

@@ -13,14 +13,14 @@ use ash::vk;
 use bytemuck::Pod;
 
 impl Recorder {
-    /// Everything before happens before everything after.
+    /// Orders all earlier commands before all later ones.
     pub fn full_barrier(&mut self) {
         let all =
             (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE);
         record_barrier(self.context(), self.handle, all, all);
     }
 
-    /// Sets `bytes` bytes from `offset` on (both multiples of 4) to the word `value`.
+    /// Fills `bytes` bytes from `offset` (both multiples of 4) with the word `value`.
     pub fn fill(&mut self, buffer: &Buffer, offset: u64, bytes: u64, value: u32) {
         check_range(buffer, offset, bytes);
         // SAFETY: in range; the buffer is kept.
@@ -29,7 +29,7 @@ impl Recorder {
         self.log(|| CommandLog::Fill { buffer: buffer.label().to_owned(), offset, bytes, value });
     }
 
-    /// Writes `data` to `buffer` from byte `first` on, in order with the commands: small data that changes from frame
+    /// Writes `data` to `buffer` from byte `first`, in order with the commands, for small data that changes from frame
     /// to frame. Offset and length are multiples of 4.
     pub fn update<T: Pod>(&mut self, buffer: &Buffer, first: u64, data: &[T]) {
         const MOST: usize = 65536;
@@ -59,12 +59,12 @@ impl Recorder {
         self.log(|| CommandLog::Clear { image: image.label().to_owned() });
     }
 
-    /// Copies the first bytes of `from` to the start of `to`, as many as both have.
+    /// Copies the beginning of `from` to `to`, up to the smaller size.
     pub fn copy(&mut self, from: &Buffer, to: &Buffer) {
         self.copy_range(from.at(0), to.at(0), from.bytes().min(to.bytes()));
     }
 
-    /// Copies `bytes` bytes, from these places of both buffers on.
+    /// Copies `bytes` bytes between these positions of both buffers.
     pub fn copy_range(&mut self, from: BufferAt<'_>, to: BufferAt<'_>, bytes: u64) {
         let (BufferAt { buffer: from, offset: from_offset }, BufferAt { buffer: to, offset: to_offset }) = (from, to);
         check_range(from, from_offset, bytes);
@@ -78,7 +78,7 @@ impl Recorder {
         self.log(|| CommandLog::Copy { from: from.label().to_owned(), to: to.label().to_owned(), bytes });
     }
 
-    /// Copies a region of `image` into `buffer` from byte `offset` on, tightly packed.
+    /// Copies a region of `image` into `buffer` from byte `offset`, tightly packed.
     pub fn copy_image_to_buffer(&mut self, image: &Image, region: ImageRegion, buffer: &Buffer, offset: u64) {
         let copy = [image_copy(image, region, offset)];
         let general = vk::ImageLayout::GENERAL;
@@ -92,7 +92,7 @@ impl Recorder {
         self.log(|| CommandLog::Copy { from: image.label().to_owned(), to: buffer.label().to_owned(), bytes: None });
     }
 
-    /// Copies tightly packed texels from byte `offset` of `buffer` on into a region of `image`.
+    /// Copies tightly packed texels from byte `offset` of `buffer` into a region of `image`.
     pub fn copy_buffer_to_image(&mut self, buffer: &Buffer, offset: u64, image: &Image, region: ImageRegion) {
         let copy = [image_copy(image, region, offset)];
         let general = vk::ImageLayout::GENERAL;
@@ -125,7 +125,7 @@ impl Recorder {
         self.log(|| dispatch_log(pipeline, binds, Some(groups), None));
     }
 
-    /// Runs the workgroups that three words of a buffer, from `counts` on, count.
+    /// Runs the number of workgroups that three words of a buffer hold, starting at `counts`.
     pub fn dispatch_indirect(&mut self, pipeline: &Compute, binds: &[Bind<'_>], push: &impl Pod, counts: BufferAt<'_>) {
         let BufferAt { buffer, offset } = counts;
         check_range(buffer, offset, 12);

@@ -1,4 +1,4 @@
-//! Counts that counting shaders (`glsl/common/count.glsl`) add up, zone by zone.
+//! Counts of counting shaders (`glsl/common/count.glsl`) for each zone.
 
 use super::recorder::Recorder;
 use crate::Result;
@@ -9,12 +9,12 @@ use crate::vk::pipeline::raw_pipeline::RawPipeline;
 use crate::vk::resource::buffer::{Buffer, BufferKind};
 use std::sync::Arc;
 
-/// Kinds of things that are counted, at most.
+/// The maximum number of kinds of counts.
 const KINDS: usize = 18;
 /// A low and a high word per kind.
 const BYTES: u64 = KINDS as u64 * 8;
 
-/// The buffer that shaders add to, and what it held at the end of each zone.
+/// The buffer that shaders add to, and its content at the end of each zone.
 pub(in crate::vk) struct Counting {
     counts: Arc<Buffer>,
     results: Arc<Buffer>,
@@ -34,20 +34,20 @@ impl Counting {
         })
     }
 
-    /// The counts of zone `zone`, once the work was waited for.
+    /// The counts of zone `zone`, after the work has finished.
     pub(in crate::vk) fn read(&self, zone: usize) -> Vec<u64> {
         self.results.read_some(zone as u64 * BYTES, KINDS)
     }
 }
 
 impl Recorder {
-    /// The buffer to bind as [`COUNTS`], where the pipeline counts.
+    /// The buffer to bind as [`COUNTS`], if the pipeline counts.
     pub(in crate::vk) fn counts_of(&self, pipeline: &RawPipeline) -> Option<Arc<Buffer>> {
         let counting = self.recorded.counting.as_ref()?;
         pipeline.bindings.iter().any(|binding| binding.name == COUNTS).then(|| counting.counts.clone())
     }
 
-    /// Sets the counts to 0 for the zone that is to come.
+    /// Sets the counts to 0 for the next zone.
     pub(in crate::vk) fn start_counts(&mut self) {
         let Some(counting) = &self.recorded.counting else { return };
         let counts = counting.counts.clone();
@@ -56,7 +56,7 @@ impl Recorder {
         self.full_barrier();
     }
 
-    /// Keeps the counts of the zone that is over.
+    /// Stores the counts of the zone that just ended.
     pub(in crate::vk) fn keep_counts(&mut self) {
         let Some(counting) = &mut self.recorded.counting else { return };
         let (counts, results, at) = (counting.counts.clone(), counting.results.clone(), counting.zones * BYTES);

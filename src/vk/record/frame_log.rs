@@ -1,8 +1,7 @@
-//! Log of the commands that a frame recorded, as plain data: a test can compare it with a table of passes, stages and
-//! resources.
+//! Log of the commands of a frame as plain data, which tests compare with a table of passes, stages and resources.
 
 use super::zone::ZoneKind;
-use crate::vk::pipeline::reflect::{Stage, StageInfo};
+use crate::vk::pipeline::reflect::{ShaderStage, StageInfo};
 use serde::Serialize;
 
 /// The commands of one recording, zone by zone, in order.
@@ -17,7 +16,7 @@ impl FrameLog {
         self.zones.iter().filter(move |zone| zone.name == name)
     }
 
-    /// Of a frame that goes on in a second submission.
+    /// The log of a frame that continues in a second submission.
     #[must_use]
     pub fn then(mut self, later: Self) -> Self {
         self.zones.extend(later.zones);
@@ -39,7 +38,7 @@ impl FrameLog {
     }
 }
 
-/// A zone that recorded at least one command. Commands outside of zones come under the empty name.
+/// A zone with at least one command. Commands outside of zones have the empty name.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ZoneLog {
     pub name: &'static str,
@@ -84,20 +83,20 @@ pub enum CommandLog {
         offset: u64,
         bytes: u64,
     },
-    /// All levels and layers become zero.
+    /// All levels and layers are set to zero.
     Clear {
         image: String,
     },
-    /// `bytes` is absent where texels are copied.
+    /// `bytes` is absent for copies of texels.
     Copy {
         from: String,
         to: String,
         bytes: Option<u64>,
     },
-    /// An acceleration structure is built.
+    /// The build of an acceleration structure.
     Build {
         structure: String,
-        /// Labels of the buffers and structures that the build reads or works in.
+        /// Labels of the buffers and structures that the build uses.
         uses: Vec<String>,
     },
     Draw(DrawLog),
@@ -116,7 +115,7 @@ pub struct AttachmentLog {
     pub height: u32,
     pub layers: u32,
     pub samples: u32,
-    /// The image that the samples are averaged into.
+    /// The image that receives the average of the samples.
     pub resolve: Option<String>,
 }
 
@@ -125,7 +124,7 @@ pub struct AttachmentLog {
 pub struct TargetLog {
     pub colors: Vec<AttachmentLog>,
     pub depth: Option<AttachmentLog>,
-    /// Texels, and layers, of the rendering scope.
+    /// Width in texels of the rendering scope.
     pub width: u32,
     pub height: u32,
     pub layers: u32,
@@ -142,18 +141,18 @@ pub struct DrawLog {
     pub color_write: bool,
     pub depth_write: bool,
     pub call: CallLog,
-    /// (binding name, labels of what is bound)
+    /// Bindings: name, and labels of the bound resources.
     pub resources: Vec<(String, Vec<String>)>,
 }
 
 impl DrawLog {
-    /// The shader file of a stage, `None` where the pipeline has no such stage.
-    pub fn shader(&self, stage: Stage) -> Option<&'static str> {
+    /// The shader file of a stage; `None` if the pipeline has no such stage.
+    pub fn shader(&self, stage: ShaderStage) -> Option<&'static str> {
         self.stages.iter().find(|info| info.stage == stage).map(|info| info.shader)
     }
 }
 
-/// How a draw got its counts.
+/// The source of a draw's counts.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CallLog {
@@ -163,7 +162,7 @@ pub enum CallLog {
 }
 
 impl CallLog {
-    /// Whether it is known to draw nothing.
+    /// Whether the call certainly draws nothing.
     pub fn is_empty(&self) -> bool {
         match self {
             Self::Direct { vertices, instances } => vertices * instances == 0,
@@ -172,7 +171,7 @@ impl CallLog {
         }
     }
 
-    /// Whether its counts are in the buffer of that label.
+    /// Whether its counts are in the buffer with that label.
     pub fn reads(&self, label: &str) -> bool {
         matches!(self, Self::Indirect { buffer, .. } if buffer == label)
     }
@@ -185,7 +184,7 @@ pub struct DispatchLog {
     pub stages: Vec<StageInfo>,
     /// `None` for an indirect dispatch.
     pub groups: Option<[u32; 3]>,
-    /// Where an indirect dispatch reads its groups: buffer and offset in bytes.
+    /// Position of the groups of an indirect dispatch: buffer and offset in bytes.
     pub indirect: Option<(String, u64)>,
     pub resources: Vec<(String, Vec<String>)>,
 }

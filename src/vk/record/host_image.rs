@@ -1,4 +1,4 @@
-//! Images that a host made, as a recording writes and reads them.
+//! Images of a host that a recording reads or writes.
 
 use super::frame_log::CommandLog;
 use super::recorder::Recorder;
@@ -8,7 +8,7 @@ use crate::vk::resource::image::Image;
 use crate::{Error, Result};
 use ash::vk;
 
-/// How commands use an image: their stages, what they do there, and the layout that the image then is in.
+/// The use of an image by commands: their stages and accesses, and the layout of the image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ImageUse {
     pub stages: vk::PipelineStageFlags2,
@@ -16,28 +16,28 @@ pub struct ImageUse {
     pub layout: vk::ImageLayout,
 }
 
-/// One level of one layer of a colour image that a host made with optimal tiling and one sample, and with
-/// `TRANSFER_DST` usage to be written, `TRANSFER_SRC` to be read. The host keeps it alive and gives it memory; nothing
-/// of it is destroyed here.
+/// One level of one layer of a host's colour image with optimal tiling, one sample, and usage `TRANSFER_DST` for
+/// writing or `TRANSFER_SRC` for reading. The host keeps it alive and provides its memory; this library destroys
+/// nothing of it.
 #[derive(Clone, Copy, Debug)]
 pub struct HostImage {
     pub image: vk::Image,
-    /// One of [`HostImage::FORMATS`] that the device can blit to; `R32G32B32A32_SFLOAT` is exact.
+    /// One of [`HostImage::FORMATS`] to which the device can blit; `R32G32B32A32_SFLOAT` is exact.
     pub format: vk::Format,
-    /// Texels of this level.
+    /// Width and height of this level in texels.
     pub size: (u32, u32),
     pub level: u32,
     pub layer: u32,
-    /// The host's last use of it; with the layout `UNDEFINED` what it held is lost, which does not matter where it is
-    /// written.
+    /// The host's last use of the image. The layout `UNDEFINED` discards its content, which is correct for images that
+    /// are written.
     pub before: ImageUse,
-    /// The host's next use of it, in this recording or after it.
+    /// The host's next use of the image, in this recording or later.
     pub after: ImageUse,
 }
 
 impl HostImage {
-    /// The formats that linear radiance is converted to. `UNORM` and `SRGB` clamp to 0…1, `SRGB` encodes, small floats
-    /// round, and channels that a format lacks are left out: exposure and tone mapping are the host's.
+    /// Formats to which linear radiance is converted. `UNORM` and `SRGB` clamp to 0…1, `SRGB` encodes, small floats
+    /// round, and missing channels are dropped. Exposure and tone mapping are left to the host.
     pub const FORMATS: [vk::Format; 14] = [
         vk::Format::R32G32B32A32_SFLOAT,
         vk::Format::R32G32_SFLOAT,
@@ -55,10 +55,10 @@ impl HostImage {
         vk::Format::B8G8R8A8_SRGB,
     ];
 
-    /// `reads`: from it, else to it.
+    /// `reads` says whether the image is read instead of written.
     ///
     /// # Errors
-    /// One sentence: the format is none of these, or the device cannot blit from or to it.
+    /// One sentence: the format is not supported, or the device cannot blit it.
     pub(crate) fn check(&self, context: &Context, reads: bool) -> Result<()> {
         let (format, name) = (self.format, &context.name);
         if !Self::FORMATS.contains(&format) {
@@ -100,12 +100,13 @@ impl HostImage {
 }
 
 impl Recorder {
-    /// Copies or blits between the finest level of `own`, RGBA in f32, and a host's image of the same size, in whatever
-    /// format that is: from it where it `reads`, else to it. What was recorded before is done with `own`, and what
-    /// follows waits by a barrier of its own; the barriers of the host's image are recorded here.
+    /// Copies or blits between the finest level of `own`, RGBA in f32, and a host's image of the same size and any
+    /// format: from the host's image if it `reads`, else to it. Earlier commands have finished with `own`, and later
+    /// ones use their own barrier. The barriers of the host's image are recorded here.
     ///
     /// # Safety
-    /// The host's image is as it says, was checked ([`HostImage::check`]), and lives until the device is done.
+    /// The host's image matches its description, was checked ([`HostImage::check`]), and lives until the device has
+    /// finished.
     pub(crate) unsafe fn convert(&mut self, own: &Image, host: &HostImage, reads: bool) {
         let (width, height) = host.size;
         assert_eq!(own.extent(0), [width, height, 1], "{}: the host's image has another size", own.label());
@@ -144,7 +145,7 @@ impl Recorder {
                 .src_offsets(whole)
                 .dst_subresource(target)
                 .dst_offsets(whole)];
-            // SAFETY: as above; a filter of nearest texels asks for no further feature.
+            // SAFETY: as above; a nearest filter needs no further feature.
             unsafe { device.cmd_blit_image(commands, from, from_layout, to, to_layout, &blit, vk::Filter::NEAREST) };
         }
         self.keep(own.raw.clone());

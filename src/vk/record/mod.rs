@@ -1,4 +1,4 @@
-//! Recording: resources bound to pipelines, draws, dispatches, copies, timed zones, and the submission of all of it.
+//! Recording: bound pipelines, draws, dispatches, copies, timed zones, and submission.
 
 pub(in crate::vk) mod bind;
 pub(in crate::vk) mod build;

@@ -1,5 +1,5 @@
-//! Work in submissions that are short: how much goes into one is learned from how long the same work took before.
-//! Desktop devices kill what runs for seconds, and nobody is heard while it runs.
+//! Splits work into short submissions, whose amount is learned from earlier times. Desktop systems kill long
+//! submissions, and a program cannot react while one runs.
 
 use super::recorder::Recorder;
 use crate::Result;
@@ -7,55 +7,56 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Time that a submission should take, in milliseconds: well below 100 on a GPU, because guesses are not exact. A CPU
-/// device would pay for more submissions with vertices that are shaded again in each.
+/// The target time of a submission in milliseconds: well below 100 on a GPU, because predictions are inexact. On a CPU
+/// device, more submissions would shade vertices more often.
 const AIM_MS: f64 = 50.0;
 const AIM_CPU_MS: f64 = 1000.0;
-/// Time for a CPU device where a window waits for the submission: other waits take longer there than on a GPU.
+/// The target time on a CPU device if a window waits for the submission: other waits take longer there than on a GPU.
 const AIM_RESPONSIVE_CPU_MS: f64 = 25.0;
-/// Work of unknown cost begins with so small a share of it,
+/// Work of unknown cost begins with this share of it.
 const FIRST_SHARE: u32 = 64;
 const FIRST_CPU_SHARE: u32 = 16;
-/// and takes no larger one than this before it has been done once: the next pixels may cost far more than those before.
+/// Work takes at most this share until it was done once, because the next pixels may cost far more than the previous
+/// ones.
 const LARGEST_UNKNOWN_SHARE: u32 = 8;
-/// On a CPU device no submission is a smaller share than this of its work: where other programs hold the processor,
-/// waiting takes longer than the work, and ever smaller parts would only be waited for more often.
+/// The minimum share of a submission on a CPU device. If other programs use the processor, waiting takes longer than
+/// the work, and smaller parts would only add waits.
 const LEAST_CPU_SHARE: u32 = 64;
-/// Weight of an older measurement relative to the next.
+/// The weight of a measurement relative to the next one.
 const FORGET: f64 = 0.7;
 
-/// Progress of the work under way.
+/// Progress of the current work.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     pub pass: &'static str,
-    /// How often the pass came before in these commands: once for every band of an image.
+    /// How often the pass occurred before in these commands: once for every band of an image.
     pub turn: u32,
-    /// Of this pass, 0 to 1.
+    /// The finished share of this pass, 0 to 1.
     pub share: f64,
 }
 
-/// Asked after every submission; an error ends the frame.
+/// A function that is called after every submission; its error ends the frame.
 pub type Watch = Arc<dyn Fn(Step) -> Result<()> + Send + Sync>;
 
-/// A pass, and which of the works that it consists of.
-type Key = (&'static str, u32);
+/// A pass and the index of a work within it.
+type WorkKey = (&'static str, u32);
 
-/// A pass that is one work.
+/// The index for a pass that is one work.
 const WHOLE: u32 = u32::MAX;
 
-/// Measured costs of passes, from frame to frame; shared by the recorders that use it.
+/// Measured costs of passes over frames, shared by recorders.
 pub struct Pace {
     aim_ms: f64,
     first_share: u32,
     least_share: Option<u32>,
     watch: Option<Watch>,
-    costs: HashMap<Key, Cost>,
-    /// Recorded and not submitted yet: units of work, and the milliseconds that these are expected to take.
-    waiting: Vec<(Key, f64, f64)>,
+    costs: HashMap<WorkKey, LinearCost>,
+    /// Recorded work that is not yet submitted: units, and expected milliseconds.
+    waiting: Vec<(WorkKey, f64, f64)>,
 }
 
 impl Pace {
-    /// `responsive`: as short on a CPU device as on a GPU, and shorter.
+    /// `responsive` requests submissions on a CPU device that are as short as on a GPU or shorter.
     pub fn new(on_cpu: bool, responsive: bool, watch: Option<Watch>) -> Arc<Mutex<Self>> {
         let (aim_ms, first_share) = match (on_cpu, responsive) {
             (false, _) => (AIM_MS, FIRST_SHARE),
@@ -77,34 +78,34 @@ impl Pace {
         self.waiting.iter().map(|work| work.2).sum()
     }
 
-    /// Whether `units` of a work, whose cost may be unknown, still go into a submission with what waits.
-    fn fits(&self, key: Key, units: f64) -> bool {
+    /// Whether `units` of a work still fit into a submission with the waiting work.
+    fn fits(&self, key: WorkKey, units: f64) -> bool {
         let known = self.costs.get(&key).map(|cost| cost.ms(units));
         self.waiting.is_empty() || known.is_some_and(|ms| self.expected_ms() + ms <= self.aim_ms)
     }
 
-    /// How many units of `all` go into the next submission, after `last` before; at least one.
-    fn units(&self, key: Key, all: f64, last: Option<f64>) -> f64 {
+    /// The number of units of `all` for the next submission, after `last` units before; at least one.
+    fn units(&self, key: WorkKey, all: f64, last: Option<f64>) -> f64 {
         let least = all / f64::from(self.first_share);
         let (Some(cost), Some(last)) = (self.costs.get(&key), last.or(Some(0.5 * least))) else { return least };
         let most = cost.units(self.aim_ms - self.expected_ms(), self.aim_ms);
         let most = most.max(self.least_share.map_or(0.0, |share| all / f64::from(share)));
         match cost.parts.len() {
             _ if cost.done_once => most,
-            // Parts of two sizes tell what a submission costs by itself.
+            // Parts of two sizes determine the fixed cost of a submission.
             0 | 1 => 2.0 * last,
             _ => most.max(least).min(2.0 * last).min(all / f64::from(LARGEST_UNKNOWN_SHARE)),
         }
     }
 
-    /// Adds work to what waits. Returns whether it is to be submitted now.
-    fn add(&mut self, key: Key, units: f64) -> bool {
+    /// Adds work to the waiting work. Returns whether it should be submitted now.
+    fn add(&mut self, key: WorkKey, units: f64) -> bool {
         let known = self.costs.get(&key).filter(|cost| cost.done_once);
         self.waiting.push((key, units, known.map_or(0.0, |cost| cost.ms(units))));
         known.is_none() || self.expected_ms() >= self.aim_ms
     }
 
-    /// Records that the waiting work took `ms`.
+    /// Reports that the waiting work took `ms`.
     pub(in crate::vk) fn measured(&mut self, ms: f64) {
         let expected = self.expected_ms();
         let equal = 1.0 / self.waiting.len() as f64;
@@ -119,38 +120,37 @@ impl Pace {
     }
 }
 
-/// A line through measured times: so much per submission and so much per unit.
+/// A linear fit of measured times: a cost per submission and a cost per unit.
 #[derive(Debug, Default)]
-struct Cost {
-    /// Sums over measurements, the older the less they count: number, units, milliseconds, units², units ·
-    /// milliseconds.
+struct LinearCost {
+    /// Sums over measurements with decaying weights: number, units, milliseconds, units², units · milliseconds.
     sums: [f64; 5],
     /// Units and milliseconds of the parts so far.
     parts: Vec<(f64, f64)>,
-    /// Milliseconds per unit of the dearest part, of the last time that it was done.
+    /// Milliseconds per unit of the most expensive part when the work was last done.
     dearest: f64,
     done_once: bool,
 }
 
-impl Cost {
+impl LinearCost {
     fn learn(&mut self, units: f64, ms: f64) {
         let new = [1.0, units, ms, units * units, units * ms];
         self.sums.iter_mut().zip(new).for_each(|(sum, new)| *sum = *sum * FORGET + new);
         self.parts.push((units, ms));
     }
 
-    /// The work is done for this time.
+    /// Reports that the work is complete for this frame.
     fn done(&mut self) {
         let (fixed, slope) = self.line();
         self.dearest = self.parts.drain(..).map(|(units, ms)| (ms - fixed) / units).fold(slope, f64::max);
         self.done_once = true;
     }
 
-    /// Milliseconds per submission and, in the mean, per unit.
+    /// Milliseconds per submission, and on average per unit.
     fn line(&self) -> (f64, f64) {
         let [n, u, t, uu, ut] = self.sums;
         let (mean, spread) = (t / u, n * uu - u * u);
-        // Measurements of one size do not tell the two apart, and places that differ in cost may tell nonsense.
+        // Measurements of one size do not determine both costs, and parts of different cost may give nonsense.
         let slope = if spread > 1e-3 * u * u { (n * ut - u * t) / spread } else { mean };
         let slope = slope.clamp(0.1 * mean, mean);
         ((t - slope * u) / n, slope)
@@ -161,13 +161,13 @@ impl Cost {
         fixed + slope * units
     }
 
-    /// Milliseconds per submission and, where it is dearest, per unit.
+    /// Milliseconds per submission, and per unit of the most expensive part.
     fn most(&self) -> (f64, f64) {
         let (fixed, slope) = self.line();
         (fixed, slope.max(self.dearest))
     }
 
-    /// Units that take `room_ms`, or at most as much as a submission costs by itself.
+    /// The number of units that take `room_ms`, or at most as much as a submission itself.
     fn units(&self, room_ms: f64, aim_ms: f64) -> f64 {
         let (fixed, slope) = self.most();
         let room = if fixed > 0.5 * aim_ms { fixed } else { room_ms - fixed };
@@ -175,12 +175,12 @@ impl Cost {
     }
 }
 
-/// How far the recorder's passes are.
+/// The progress of a recorder's passes.
 pub(in crate::vk) struct Pacing {
     pub(in crate::vk) pace: Arc<Mutex<Pace>>,
-    /// Works that the open pass has begun.
+    /// The number of works that the current pass has begun.
     works: u32,
-    /// How often passes came to their end.
+    /// How often each pass has ended.
     ended: HashMap<&'static str, u32>,
 }
 
@@ -191,16 +191,16 @@ impl Pacing {
 }
 
 impl Recorder {
-    /// Cuts what is recorded from now on into short submissions and waits for each. A host's command buffer is not cut.
+    /// Splits later recordings into short submissions and waits for each. A host's command buffer is not split.
     #[must_use]
     pub fn paced(mut self, pace: &Arc<Mutex<Pace>>) -> Self {
-        pace.lock().unwrap_or_else(PoisonError::into_inner).waiting.clear(); // of a frame that failed
+        pace.lock().unwrap_or_else(PoisonError::into_inner).waiting.clear(); // left over from a frame that failed
         self.pacing = Some(Pacing { pace: pace.clone(), works: 0, ended: HashMap::new() });
         self
     }
 
-    /// Records a pass's work over `units` of anything, such as rows, in parts that are multiples of `step` and may each
-    /// be a submission, or at once.
+    /// Records a pass's work over `units`, such as rows, in parts that are multiples of `step` and may each be a
+    /// submission, or at once.
     pub fn in_parts(&mut self, units: u32, step: u32, mut record: impl FnMut(&mut Self, Range<u32>)) {
         let (Some((pass, _)), Some(pacing)) = (self.zone, &mut self.pacing) else { return record(self, 0..units) };
         let key = (pass, pacing.works);
@@ -227,7 +227,7 @@ impl Recorder {
         }
     }
 
-    /// A pass begins: what waits is submitted first where both would take too long.
+    /// Begins a pass. Waiting work is submitted first if both together would take too long.
     pub(in crate::vk) fn pace_pass(&mut self, pass: &'static str) {
         let Some(pacing) = &mut self.pacing else { return };
         pacing.works = 0;
@@ -236,7 +236,7 @@ impl Recorder {
         }
     }
 
-    /// A pass is over; one that has no parts is a work of its own.
+    /// Ends a pass. A pass without parts is one work.
     pub(in crate::vk) fn pace_pass_end(&mut self, pass: &'static str) {
         let Some(pacing) = &self.pacing else { return };
         if pacing.works == 0 && pacing.pace().add((pass, WHOLE), 1.0) {
@@ -247,7 +247,7 @@ impl Recorder {
         }
     }
 
-    /// Submits what was recorded, waits, and asks whether to go on.
+    /// Submits the recording, waits, and asks the watching function whether to continue.
     fn cut(&mut self, pass: &'static str, share: f64) {
         let Some(ms) = self.flush() else { return };
         let Some(pacing) = &self.pacing else { return };
@@ -267,8 +267,7 @@ impl Recorder {
 mod tests {
     use super::*;
 
-    /// Submissions of a work whose unit costs `ms(at)`, and which costs `fixed` per part: units and milliseconds of
-    /// each.
+    /// The submissions of a work with `ms(at)` per unit and `fixed` per part: units and milliseconds of each.
     fn submissions(pace: &Mutex<Pace>, fixed: f64, ms: impl Fn(u32) -> f64) -> Vec<(u32, f64)> {
         const UNITS: u32 = 1024;
         let mut pace = pace.lock().unwrap();
@@ -299,7 +298,7 @@ mod tests {
 
     #[test]
     fn unknown_work_begins_small_and_does_not_run_away() {
-        // A sky above, then pixels that cost 400 times as much.
+        // The first rows show the sky, and later pixels cost 400 times as much.
         let ms = |at: u32| if at < 512 { 0.001 } else { 0.4 };
         let pace = Pace::new(false, true, None);
         let first = submissions(&pace, 0.05, ms);
@@ -316,8 +315,8 @@ mod tests {
         assert_eq!(submissions(&pace, 0.01, |_| 0.001).len(), 1);
     }
 
-    /// Where other programs hold the processor a submission may wait for a second, by chance: later parts are not cut
-    /// to nothing.
+    /// If other programs use the processor, a submission may wait for a second by chance. Later parts must not become
+    /// ever smaller.
     #[test]
     fn waits_for_a_busy_processor_do_not_shorten_parts_without_end() {
         let pace = Pace::new(true, true, None);

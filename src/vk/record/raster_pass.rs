@@ -1,4 +1,4 @@
-//! One rendering scope: its targets and its draws.
+//! A rendering scope with its targets and draws.
 
 use super::bind::bind_pipeline;
 use super::frame_log::{AttachmentLog, CallLog, CommandLog, DrawLog, TargetLog};
@@ -15,7 +15,7 @@ use bytemuck::Pod;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Load<T> {
     Clear(T),
-    /// The content that it had before.
+    /// The previous content.
     Load,
     #[default]
     DontCare,
@@ -25,14 +25,14 @@ pub enum Load<T> {
 #[derive(Clone, Copy)]
 pub struct ColorTarget<'a> {
     pub view: ImageView<'a>,
-    /// Where the average of the samples goes.
+    /// The image that receives the average of the samples.
     pub resolve: Option<ImageView<'a>>,
     pub load: Load<[f32; 4]>,
     pub store: bool,
 }
 
 impl<'a> ColorTarget<'a> {
-    /// Written as a whole, whatever it held before.
+    /// A target that is written completely, so that its previous content is irrelevant.
     pub fn overwritten(view: ImageView<'a>) -> Self {
         Self { view, resolve: None, load: Load::DontCare, store: true }
     }
@@ -46,7 +46,7 @@ pub struct DepthTarget<'a> {
     pub store: bool,
 }
 
-/// Pixels, from the top left corner.
+/// A rectangle in pixels, from the top left corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rect {
     pub x: i32,
@@ -55,30 +55,31 @@ pub struct Rect {
     pub height: u32,
 }
 
-/// Where a rendering scope draws.
+/// The targets of a rendering scope.
 #[derive(Clone, Copy, Default)]
 pub struct RenderTarget<'a> {
     pub colors: &'a [ColorTarget<'a>],
     pub depth: Option<DepthTarget<'a>>,
-    /// Pixels.
+    /// Width in pixels.
     pub width: u32,
     pub height: u32,
-    /// Layers that `gl_Layer` chooses among; 0 means 1.
+    /// The number of layers for `gl_Layer`; 0 means 1.
     pub layers: u32,
-    /// Of a pixel, where there is no attachment to say so; 0 means 1.
+    /// Samples per pixel if there is no attachment; 0 means 1.
     pub samples: u32,
-    /// `None`: all of it.
+    /// The viewport; `None` for the whole target.
     pub viewport: Option<Rect>,
-    /// Nothing outside of it is cleared, drawn or resolved. `None`: all of it.
+    /// The area outside of which nothing is cleared, drawn or resolved; `None` for the whole target.
     pub area: Option<Rect>,
 }
 
 impl RenderTarget<'_> {
-    /// Rows of a part are multiples of this: pixels are shaded in squares of four, CPU devices work on far larger ones.
+    /// Rows of a part are multiples of this, because pixels are shaded in quads, and CPU devices work on far larger
+    /// tiles.
     const PART_ROWS: u32 = 16;
 
-    /// A rendering scope over all of it, or one per part where the recorder cuts its work: `draw` draws the same into
-    /// each.
+    /// A rendering scope over the whole target, or one per part if the recorder splits its work; `draw` draws the same
+    /// into each.
     pub fn draw_in_parts(&self, recorder: &mut Recorder, mut draw: impl FnMut(&mut RasterPass<'_>)) {
         recorder.in_parts(self.height, Self::PART_ROWS, |r, rows| {
             let part = Rect { x: 0, y: rows.start as i32, width: self.width, height: rows.len() as u32 };
@@ -88,19 +89,19 @@ impl RenderTarget<'_> {
     }
 }
 
-/// Where a draw gets its counts.
+/// The source of a draw's counts.
 #[derive(Clone, Copy)]
 pub enum DrawCall<'a> {
     Direct {
         vertices: u32,
         instances: u32,
     },
-    /// Four words of `buffer` at byte `offset`: a `VkDrawIndirectCommand`.
+    /// Counts from four words of `buffer` at byte `offset`: a `VkDrawIndirectCommand`.
     Indirect {
         buffer: &'a Buffer,
         offset: u64,
     },
-    /// 32-bit indices into one interleaved vertex buffer.
+    /// A draw with 32-bit indices into one interleaved vertex buffer.
     Indexed {
         vertices: &'a Buffer,
         indices: &'a Buffer,
@@ -111,14 +112,14 @@ pub enum DrawCall<'a> {
     },
 }
 
-/// A rendering scope that is open.
+/// An open rendering scope.
 pub struct RasterPass<'r> {
     recorder: &'r mut Recorder,
-    /// Of the colour attachments: no more than devices commonly offer.
+    /// Formats of the colour attachments; devices commonly support no more.
     formats: ArrayVec<vk::Format, 8>,
     depth_format: Option<vk::Format>,
     samples: u32,
-    /// Where a log is kept.
+    /// The target's log, if a log is kept.
     log: Option<TargetLog>,
 }
 
@@ -224,7 +225,7 @@ impl<'r> RasterPass<'r> {
 
     pub(in crate::vk) fn end(self) {
         let context = self.recorder.context().clone();
-        // SAFETY: begun by `begin` in the same buffer: zones cannot start inside of a scope.
+        // SAFETY: `begin` began it in the same buffer, because zones cannot start inside a scope.
         unsafe { context.device().cmd_end_rendering(self.recorder.handle) };
     }
 }

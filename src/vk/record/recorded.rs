@@ -1,4 +1,4 @@
-//! Data that one recording leaves behind. Its capacity serves the next one.
+//! The results of one recording. Their capacity is reused by the next one.
 
 use super::bind::Infos;
 use super::counting::Counting;
@@ -11,13 +11,13 @@ use std::any::Any;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-/// A zone that is over.
+/// A finished zone.
 pub(in crate::vk) struct Zone {
-    /// Its times on the device are still to be filled in.
+    /// Its times, whose device times are filled in later.
     pub(in crate::vk) timing: ZoneTiming,
-    /// From its first to its last.
+    /// The range of its timestamps.
     pub(in crate::vk) timestamps: RangeInclusive<u32>,
-    /// Those at the ends of its steps.
+    /// The timestamps at the ends of its steps.
     pub(in crate::vk) steps: Vec<u32>,
 }
 
@@ -26,20 +26,20 @@ pub(in crate::vk) struct Recorded {
     /// Resources that the commands use, kept alive until the commands have finished.
     pub(in crate::vk) keep: Vec<Arc<dyn Any + Send + Sync>>,
     pub(in crate::vk) zones: Vec<Zone>,
-    /// How many were written since the last submission.
+    /// The number of timestamps since the last submission.
     pub(in crate::vk) timestamps: u32,
-    /// Of earlier submissions, and where each of them ends.
+    /// Ticks of earlier submissions, and the end of each.
     pub(in crate::vk) ticks: Vec<u64>,
     pub(in crate::vk) ends: Vec<usize>,
-    /// Empty unless it was asked for.
+    /// The log, which is empty unless it was requested.
     pub(in crate::vk) log: FrameLog,
-    /// On a context that counts.
+    /// The counts, on a context that counts.
     pub(in crate::vk) counting: Option<Counting>,
     pub(in crate::vk) infos: Infos,
 }
 
 impl Recorded {
-    /// Forgets everything but the capacity.
+    /// Clears everything and keeps the capacity.
     pub(in crate::vk) fn clear(&mut self) {
         self.keep.clear();
         self.zones.clear();
@@ -52,12 +52,12 @@ impl Recorded {
         }
     }
 
-    /// The number of the next submission's first timestamp, over all submissions.
+    /// The number of the next submission's first timestamp over all submissions.
     pub(in crate::vk) fn first_timestamp(&self) -> u32 {
         self.ticks.len() as u32
     }
 
-    /// Reads the timestamps of a submission that is over.
+    /// Reads the timestamps of a finished submission.
     pub(in crate::vk) fn take_ticks(&mut self, context: &Context, pool: vk::QueryPool) -> Result<()> {
         if let Some(ticks) = self.read(context, pool, vk::QueryResultFlags::WAIT)? {
             self.ticks.extend(ticks);
@@ -67,7 +67,7 @@ impl Recorded {
         Ok(())
     }
 
-    /// The zones' times. `None` where the device has not written all timestamps yet and `flags` do not wait.
+    /// The zones' times; `None` if the device has not written all timestamps yet and `flags` do not wait.
     pub(in crate::vk) fn timings(
         &self,
         context: &Context,
@@ -94,7 +94,7 @@ impl Recorded {
     fn timings_of(&self, context: &Context, ticks: &[u64], wall_ms: f64) -> ZoneTimings {
         let ms = |ticks: u64| ticks as f64 * f64::from(context.limits.timestamp_period) * 1e-6;
         let between = |from: usize, to: usize| ticks[to].saturating_sub(ticks[from]);
-        // Device time before a timestamp, in ticks: what passes between submissions is not the device's.
+        // Device time before a timestamp in ticks, without the time between submissions.
         let before = |timestamp: usize| {
             let mut start = 0;
             let mut sum = 0;

@@ -1,4 +1,4 @@
-//! Recording one frame: zones with timestamps and labels. Its commands are in `commands.rs`.
+//! Recording of a frame: zones with timestamps and labels. `commands.rs` has its commands.
 
 use super::counting::Counting;
 use super::frame_log::{CommandLog, FrameLog};
@@ -13,30 +13,31 @@ use std::any::Any;
 use std::sync::{Arc, PoisonError};
 use std::time::Instant;
 
-/// How to submit what is recorded.
+/// Options for the submission of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RecorderOptions {
-    /// One submission per zone, each waited for: this also gives CPU and wall times per zone.
+    /// Whether each zone is submitted separately and waited for, which also measures its CPU and wall times.
     pub per_pass: bool,
-    /// Time the steps of zones that have some ([`Recorder::end_step`]).
+    /// Whether steps of zones are timed ([`Recorder::end_step`]).
     pub steps: bool,
-    /// Keep a [`FrameLog`] of every command, for tests: it costs text and lists for each.
+    /// Whether a [`FrameLog`] of every command is kept for tests, which takes time and memory.
     pub log: bool,
 }
 
-/// Records commands, into a command buffer of its own that it then submits, or into a host's ([`Recorder::on`]).
-/// Recording cannot fail: errors come from [`Recorder::submit`], [`Recorder::finish`] and the wait.
+/// Records commands into its own command buffer and submits it, or into a host's ([`Recorder::on`]). Recording itself
+/// cannot fail: [`Recorder::submit`], [`Recorder::finish`] and the wait return errors.
 pub struct Recorder {
     context: Arc<Context>,
-    /// Absent where a host submits. Declared before what its commands use: dropping it waits for them.
+    /// The own command buffer; `None` for a host's. It is declared before the resources of its commands, because
+    /// dropping it waits for them.
     own: Option<Commands>,
     pub(in crate::vk) handle: vk::CommandBuffer,
-    /// Null where there are no timestamps.
+    /// The query pool; null without timestamps.
     pool: vk::QueryPool,
     pub(in crate::vk) options: RecorderOptions,
-    /// The open pass.
+    /// The current zone.
     pub(in crate::vk) zone: Option<(&'static str, ZoneKind)>,
-    /// The timestamps at the ends of the open pass's steps.
+    /// The timestamps at the ends of the current zone's steps.
     steps: Vec<u32>,
     pub(in crate::vk) recorded: Recorded,
     pub(in crate::vk) pacing: Option<Pacing>,
@@ -45,7 +46,7 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Starts to record. What earlier submissions wrote is visible to everything recorded.
+    /// Starts a recording. Writes of earlier submissions are visible to it.
     pub fn new(context: &Arc<Context>, options: RecorderOptions) -> Result<Self> {
         let commands = Commands::begin(context)?;
         let counting = context.counting.then(|| Counting::new(context)).transpose()?;
@@ -54,7 +55,7 @@ impl Recorder {
         Ok(Self { own: Some(commands), options, ..Self::start(context, handle, pool, recorded) })
     }
 
-    /// Starts to record into a command buffer, with timestamps where the query pool is not null.
+    /// Starts a recording into a command buffer, with timestamps unless the query pool is null.
     pub(in crate::vk) fn start(
         context: &Arc<Context>,
         handle: vk::CommandBuffer,
@@ -98,7 +99,7 @@ impl Recorder {
         self.recorded.keep.push(used);
     }
 
-    /// Logs what `command` makes, where a log is kept; else it is not called.
+    /// Logs the result of `command` if a log is kept; otherwise `command` is not called.
     pub(in crate::vk) fn log(&mut self, command: impl FnOnce() -> CommandLog) {
         if self.options.log {
             self.recorded.log.push(self.zone, command());
@@ -147,8 +148,8 @@ impl Recorder {
         self.pace_pass_end(name);
     }
 
-    /// Ends a step of the open pass: a level of mips, a step of propagation. It is timed where
-    /// [X
+    /// Ends a step of the current zone: a level of mips, or a step of propagation. It is timed with
+    /// [`RecorderOptions::steps`].
     pub fn end_step(&mut self) {
         if self.options.steps {
             let timestamp = self.timestamp();
@@ -156,17 +157,17 @@ impl Recorder {
         }
     }
 
-    /// Whether nothing has failed so far: what is recorded afterwards is never submitted.
+    /// Whether no error has occurred so far. Later recordings are not submitted after one.
     pub(crate) fn goes_on(&self) -> bool {
         self.error.is_none()
     }
 
-    /// The first error is kept for [`Self::submit`].
+    /// Keeps the first error for [`Self::submit`].
     pub(in crate::vk) fn fail(&mut self, error: Error) {
         self.error.get_or_insert(error);
     }
 
-    /// Submits and does not wait. What was submitted before is done before this starts.
+    /// Submits without waiting. Earlier submissions finish before this one starts.
     ///
     /// # Errors
     /// The device is lost or out of memory.
@@ -197,12 +198,12 @@ impl Recorder {
         Ok(timings)
     }
 
-    /// The data left after the last command, and the milliseconds that recording took.
+    /// The results of the recording, and the milliseconds that it took.
     pub(in crate::vk) fn into_recorded(self) -> (Recorded, f64) {
         (self.recorded, self.started.elapsed().as_secs_f64() * 1e3)
     }
 
-    /// Writes the next timestamp, once everything before is done; returns its index.
+    /// Writes the next timestamp after all earlier commands. Returns its index.
     pub(in crate::vk) fn timestamp(&mut self) -> u32 {
         let (index, pool) = (self.recorded.timestamps, self.pool);
         self.recorded.timestamps += 1;
@@ -212,8 +213,8 @@ impl Recorder {
             // SAFETY: the query was reset and not written since.
             unsafe { self.context.device().cmd_write_timestamp(self.handle, stage, pool, index) };
             if self.context.is_cpu {
-                // Once something was drawn, Mesa's lavapipe takes a timestamp with the next flush, and dispatches do
-                // not flush. Every barrier does; this one orders nothing.
+                // After a draw, Mesa's lavapipe writes a timestamp with the next flush, and dispatches do not flush.
+                // Every barrier does; this one orders nothing.
                 let none = (vk::PipelineStageFlags2::NONE, vk::AccessFlags2::NONE);
                 record_barrier(&self.context, self.handle, none, none);
             }
@@ -229,8 +230,8 @@ impl Recorder {
         }
     }
 
-    /// Submits what was recorded, waits, and goes on recording. Returns the milliseconds that this took; `None` where
-    /// there is nothing to submit or an error, the first of which is kept for `submit`.
+    /// Submits the recording, waits, and continues with a new one. Returns the milliseconds that this took; `None` if
+    /// there is nothing to submit or after an error, the first of which is kept for `submit`.
     pub(in crate::vk) fn flush(&mut self) -> Option<f64> {
         if self.own.is_none() || self.error.is_some() {
             return None;
@@ -261,12 +262,12 @@ impl Recorder {
     }
 }
 
-/// Commands that the device may still be at work on, with everything that they use. Several may be in flight at once:
-/// each starts after those submitted before it. Dropping one waits for it.
+/// Submitted commands with all of their resources. Several may be in flight: each starts after the earlier ones.
+/// Dropping one waits for it.
 pub struct Pending(Recorder);
 
 impl Pending {
-    /// Whether the device is done; does not wait.
+    /// Whether the device has finished; does not wait.
     ///
     /// # Errors
     /// The device is lost.
@@ -274,10 +275,10 @@ impl Pending {
         self.0.own.as_ref().expect("it was submitted here").poll("rendering")
     }
 
-    /// Waits until the device is done, and reads the times.
+    /// Waits until the device has finished, and reads the times.
     ///
     /// # Errors
-    /// The device is lost, or it took longer than ten minutes.
+    /// The device is lost, or took longer than ten minutes.
     pub fn wait(mut self) -> Result<ZoneTimings> {
         self.0.commands().wait("rendering")?;
         let Recorder { context, recorded, pool, started, .. } = &self.0;

@@ -12,29 +12,29 @@ use ash::vk;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 
-/// Measurements that a [`Slot`] makes, and whether it keeps a log.
+/// Options of a [`Slot`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SlotOptions {
-    /// Make a query pool, and write a timestamp at both ends of each zone.
+    /// Whether to create a query pool, and to write timestamps at both ends of each zone.
     pub timestamps: bool,
-    /// As [`RecorderOptions::log`](crate::vk::RecorderOptions::log).
+    /// Whether a log is kept: see [`RecorderOptions::log`](crate::vk::RecorderOptions::log).
     pub log: bool,
 }
 
-/// One of a host's frames in flight: it keeps alive what the frame's commands use, and reads its times. All its Vulkan
-/// objects are made with it. Its lists keep their capacity from frame to frame.
+/// One of a host's frames in flight. It keeps the resources of the frame's commands alive and reads its times. All of
+/// its Vulkan objects are created with it, and its lists keep their capacity.
 pub struct Slot {
     context: Arc<Context>,
     options: SlotOptions,
-    /// Null without timestamps.
+    /// The query pool; null without timestamps.
     timestamps: vk::QueryPool,
     recorded: Recorded,
-    /// Milliseconds that the last recording took on the CPU.
+    /// Milliseconds of CPU time of the last recording.
     recording_ms: f64,
 }
 
 impl Slot {
-    /// A slot that holds nothing yet.
+    /// An empty slot.
     ///
     /// # Errors
     /// The device has no memory left.
@@ -50,8 +50,8 @@ impl Slot {
         Ok(slot)
     }
 
-    /// The times of the last recording, to be read once the host has waited for it. `None` where there are no
-    /// timestamps, nothing was recorded, or the device is not done. `wall_ms` is what recording took on the CPU.
+    /// The times of the last recording, after the host has waited for it. `None` without timestamps, without a
+    /// recording, or before the device has finished. `wall_ms` is the CPU time of recording.
     ///
     /// # Errors
     /// The device is lost.
@@ -68,10 +68,10 @@ impl Slot {
         &self.recorded.log
     }
 
-    /// Lets go of what the last recording used, and of its times.
+    /// Drops the resources of the last recording, and its times.
     ///
     /// # Safety
-    /// The device is done with what was recorded over this slot, and it is not submitted again.
+    /// The device has finished the recording of this slot, which is not submitted again.
     pub unsafe fn clear(&mut self) {
         self.recorded.clear();
     }
@@ -91,27 +91,26 @@ impl Drop for Slot {
 }
 
 impl Recorder {
-    /// Records what `record` does into `command_buffer`, which a host has begun and ends and submits itself. Nothing is
-    /// allocated from Vulkan, submitted or waited for. `slot` keeps alive what the commands use until it is recorded
-    /// over again.
+    /// Records the commands of `record` into `command_buffer`, which a host begins, ends and submits itself. Nothing is
+    /// allocated from Vulkan, submitted or waited for. `slot` keeps the resources alive until it is used again.
     ///
-    /// The first command is a barrier: everything that the host's earlier commands wrote is visible to all that
-    /// follows. The last makes everything written here visible to the host's later commands and to the CPU. Both are
-    /// memory barriers over all commands. Images of the host are not touched, and those made here are in `GENERAL`
-    /// layout before and after.
+    /// The first command is a barrier that makes the writes of the host's earlier commands visible to all later ones.
+    /// The last one makes all writes visible to the host's later commands and to the CPU. Both are memory barriers over
+    /// all commands. Images of the host are not touched, and those created here are in `GENERAL` layout before and
+    /// after.
     ///
-    /// Clobbered are: the compute and the graphics pipeline, the descriptor sets of both bind points (set 0 is pushed),
-    /// push constants, viewport and scissor 0, all other dynamic state (the graphics pipelines fix it), the index
-    /// buffer and vertex buffer 0. A host sets its own again afterwards. Other vertex buffers, and what is bound for
-    /// ray tracing, stay.
+    /// The recording overwrites the compute and the graphics pipelines, the descriptor sets of both bind points (set 0
+    /// is pushed), push constants, viewport and scissor 0, all other dynamic state (the graphics pipelines fix it), the
+    /// index buffer and vertex buffer 0. A host sets its own state again afterwards. Other vertex buffers and the state
+    /// for ray tracing are not changed.
     ///
     /// # Safety
-    /// - `command_buffer` belongs to the context's device and queue family, it is recording, it is outside of a
-    ///   render pass or rendering scope, and no query and no conditional rendering is active in it.
-    /// - What was recorded over `slot` before is done, and is not submitted again.
-    /// - `slot` is recorded over again, cleared or dropped only when the device is done with this recording.
-    /// - Recordings of one context that share resources are submitted in the order in which they were recorded, to one
-    ///   queue, or the host orders them by semaphores.
+    /// - `command_buffer` belongs to the context's device and queue family. It is recording, outside of a render pass
+    ///   or rendering scope, and without an active query or conditional rendering.
+    /// - The device has finished the earlier recording of `slot`, which is not submitted again.
+    /// - `slot` is reused, cleared or dropped only after the device has finished this recording.
+    /// - Recordings of one context that share resources are submitted in the order of recording to one queue, or the
+    ///   host orders them by semaphores.
     pub unsafe fn on(
         context: &Arc<Context>,
         command_buffer: vk::CommandBuffer,
@@ -125,8 +124,8 @@ impl Recorder {
         let mut recorder = Self::start(context, command_buffer, slot.timestamps, recorded);
         recorder.options.log = slot.options.log;
         let outcome = catch_unwind(AssertUnwindSafe(|| record(&mut recorder)));
-        // After a panic a rendering scope may be open, where neither may be recorded; what was used is kept all the
-        // same.
+        // After a panic a rendering scope may be open, in which neither command is allowed; resources are kept alive
+        // anyway.
         if outcome.is_ok() {
             recorder.timestamp();
             record_exit_barrier(context, command_buffer);

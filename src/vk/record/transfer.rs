@@ -1,4 +1,4 @@
-//! Moving data between the CPU and device-local resources, outside of frames: each call waits.
+//! Transfers between the CPU and device-local resources outside of frames. Each call waits.
 
 use super::recorder::{Recorder, RecorderOptions};
 use crate::Result;
@@ -8,14 +8,14 @@ use crate::vk::resource::image::{Image, ImageRegion};
 use bytemuck::Pod;
 use std::sync::Arc;
 
-/// Submits what `record` records, and waits for it.
+/// Records, submits and waits.
 fn once(context: &Arc<Context>, record: impl FnOnce(&mut Recorder)) -> Result<()> {
     let mut recorder = Recorder::new(context, RecorderOptions::default())?;
     record(&mut recorder);
     recorder.finish().map(drop)
 }
 
-/// A new device-local buffer that holds `data`.
+/// A new device-local buffer with the content `data`.
 pub fn upload<T: Pod>(context: &Arc<Context>, label: &str, data: &[T]) -> Result<Buffer> {
     let bytes = size_of_val(data) as u64;
     let target = Buffer::new(context, label, bytes, BufferKind::Device)?;
@@ -28,7 +28,7 @@ pub fn upload_into<T: Pod>(context: &Arc<Context>, target: &Buffer, data: &[T]) 
     upload_at(context, target, 0, data)
 }
 
-/// Writes `data` to a device-local buffer, from byte `first` on.
+/// Writes `data` to a device-local buffer from byte `first`.
 pub fn upload_at<T: Pod>(context: &Arc<Context>, target: &Buffer, first: u64, data: &[T]) -> Result<()> {
     let bytes = size_of_val(data) as u64;
     if bytes == 0 {
@@ -39,7 +39,7 @@ pub fn upload_at<T: Pod>(context: &Arc<Context>, target: &Buffer, first: u64, da
     once(context, |r| r.copy_range(staging.at(0), target.at(first), bytes))
 }
 
-/// All of `buffer` as elements of `T`; a rest too short for one is left out.
+/// The content of `buffer` as elements of `T`; a remainder that is too short is dropped.
 pub fn download<T: Pod>(context: &Arc<Context>, buffer: &Buffer) -> Result<Vec<T>> {
     let staging = Buffer::new(context, "readback", buffer.bytes(), BufferKind::Readback)?;
     once(context, |r| r.copy(buffer, &staging))?;

@@ -1,8 +1,8 @@
-//! Timings of zones, and of the frame that they are parts of.
+//! Times of zones, and of the frames that contain them.
 
 use serde::Serialize;
 
-/// The kind of work that a zone mostly does.
+/// The main kind of work of a zone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ZoneKind {
@@ -24,11 +24,11 @@ pub struct ZoneTiming {
     pub cpu_ms: Option<f64>,
     /// From before its submission to after the wait, in milliseconds; only with one submission per pass.
     pub wall_ms: Option<f64>,
-    /// Estimate of the bytes that it writes, as the pass states it.
+    /// Estimated bytes that it writes, as stated by the pass.
     pub bytes: u64,
-    /// Reads and steps that its shaders counted, kind by kind; empty unless the context counts.
+    /// Counts of reads and steps of its shaders by kind; empty unless the context counts.
     pub counts: Vec<u64>,
-    /// Of each level of mips, or step of propagation, in milliseconds of device time; empty unless they are timed
+    /// Device time of each level of mips, or step of propagation, in milliseconds; empty unless steps are timed
     /// ([`RenderOptions::steps`](crate::renderer::RenderOptions::steps)).
     pub steps_ms: Vec<f64>,
 }
@@ -44,7 +44,7 @@ pub struct ZoneTimings {
 }
 
 impl ZoneTimings {
-    /// Of a frame that goes on in a second submission.
+    /// The times of a frame that continues in a second submission.
     #[must_use]
     #[cfg_attr(not(internals), doc(hidden))]
     pub fn then(mut self, later: Self) -> Self {

@@ -1,4 +1,4 @@
-//! Buffers: device-local ones for the passes, mapped ones to bring data in and out.
+//! Buffers: device-local ones for passes, and mapped ones for transfers.
 
 use super::memory::{Memory, Owner, mebibytes};
 use crate::vk::device::context::Context;
@@ -8,16 +8,16 @@ use bytemuck::Pod;
 use gpu_allocator::MemoryLocation;
 use std::sync::Arc;
 
-/// Which side reads and writes a buffer's bytes.
+/// The use of a buffer's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BufferKind {
     /// Only the device.
     Device,
-    /// Only the device, as an acceleration structure or as memory in which one is built.
+    /// Only the device, for an acceleration structure or the memory for building one.
     Structure,
-    /// Written by the CPU, mapped for good.
+    /// Written by the CPU, permanently mapped.
     Upload,
-    /// Read by the CPU, mapped for good.
+    /// Read by the CPU, permanently mapped.
     Readback,
 }
 
@@ -39,12 +39,12 @@ impl Drop for RawBuffer {
     }
 }
 
-/// A buffer and its memory. Recorded commands keep what they use alive, so it may be dropped at any time.
+/// A buffer and its memory. Recorded commands keep it alive, so it may be dropped at any time.
 pub struct Buffer {
     pub(in crate::vk) raw: Arc<RawBuffer>,
 }
 
-/// A byte of a buffer.
+/// A position in a buffer.
 #[derive(Clone, Copy)]
 pub struct BufferAt<'a> {
     pub buffer: &'a Buffer,
@@ -52,15 +52,15 @@ pub struct BufferAt<'a> {
 }
 
 impl Buffer {
-    /// The byte `offset` of it.
+    /// The position `offset` bytes into the buffer.
     pub fn at(&self, offset: u64) -> BufferAt<'_> {
         BufferAt { buffer: self, offset }
     }
 
-    /// A buffer of `bytes` bytes (at least 16 are made, so that empty data can be bound), usable as storage, uniform,
-    /// indirect, index, vertex and transfer buffer.
+    /// A buffer of `bytes` bytes (at least 16, so that empty data can be bound), for use as storage, uniform, indirect,
+    /// index, vertex and transfer buffer.
     ///
-    /// `Error::Memory` when it is larger than `maxStorageBufferRange` or than what the device has left.
+    /// `Error::Memory` if it exceeds `maxStorageBufferRange` or the free device memory.
     pub fn new(context: &Arc<Context>, label: &str, bytes: u64, kind: BufferKind) -> Result<Self> {
         let limit = u64::from(context.limits.max_storage_buffer_range);
         if kind == BufferKind::Device && bytes > limit {
@@ -105,7 +105,7 @@ impl Buffer {
         Ok(Self { raw: Arc::new(raw) })
     }
 
-    /// Size in bytes: what was asked for, rounded up to 4, at least 16.
+    /// Size in bytes: the requested size rounded up to 4, at least 16.
     pub fn bytes(&self) -> u64 {
         self.raw.bytes
     }
@@ -115,12 +115,12 @@ impl Buffer {
         self.memory().bytes()
     }
 
-    /// For a host's own commands; valid as long as the buffer lives.
+    /// The handle for a host's own commands, valid as long as the buffer lives.
     pub fn handle(&self) -> vk::Buffer {
         self.raw.handle
     }
 
-    /// Where it stands, for acceleration structures: of a context with ray queries.
+    /// The address for acceleration structures, on a context with ray queries.
     pub(in crate::vk) fn address(&self) -> u64 {
         let info = vk::BufferDeviceAddressInfo::default().buffer(self.raw.handle);
         // SAFETY: the buffer is alive, and its usage allows it wherever there are ray queries.
@@ -135,8 +135,8 @@ impl Buffer {
         self.raw.memory.as_ref().expect("bound at creation")
     }
 
-    /// Writes `data` at byte `offset`. Upload buffers only. The next submission sees it; one that is still in flight
-    /// and reads the buffer would see a mixture, so frames in flight take a buffer each.
+    /// Writes `data` at byte `offset` of an upload buffer. The next submission sees it. A submission in flight that
+    /// reads the buffer would see a mixture, so frames in flight use separate buffers.
     pub fn write<T: Pod>(&self, offset: u64, data: &[T]) {
         let source: &[u8] = bytemuck::cast_slice(data);
         let label = self.label();
@@ -150,14 +150,14 @@ impl Buffer {
         }
     }
 
-    /// All of it as elements of `T`; a rest too short for one is left out. Readback buffers only.
+    /// The whole content of a readback buffer as elements of `T`; a remainder that is too short is dropped.
     pub fn read<T: Pod>(&self) -> Vec<T> {
         let count = self.bytes() as usize / size_of::<T>();
         self.read_some(0, count)
     }
 
-    /// `count` elements of `T` from byte `offset` on. Readback buffers only. What wrote them is over: it was waited
-    /// for, or polled.
+    /// `count` elements of `T` from byte `offset` of a readback buffer. The caller has waited for the commands that
+    /// wrote them.
     pub fn read_some<T: Pod>(&self, offset: u64, count: usize) -> Vec<T> {
         let label = self.label();
         assert_eq!(self.raw.kind, BufferKind::Readback, "{label} is not a readback buffer");

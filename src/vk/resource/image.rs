@@ -6,23 +6,23 @@ use crate::{Error, Result};
 use ash::vk;
 use std::sync::Arc;
 
-/// The shape of an image.
+/// The dimension of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ImageDim {
     #[default]
     D2,
     D2Array,
-    /// Each level can be an attachment with one layer per slice.
+    /// A 3D image. Each level can be an attachment with one layer per slice.
     D3,
 }
 
-/// Inputs from which an [`Image`] is made.
+/// The description of an [`Image`].
 #[derive(Clone, Copy, Debug)]
 pub struct ImageDesc<'a> {
     pub label: &'a str,
     pub dim: ImageDim,
     pub format: vk::Format,
-    /// Texels at level 0.
+    /// Width in texels at level 0.
     pub width: u32,
     pub height: u32,
     /// Slices of a 3D image at level 0, layers of an array; 1 for `D2`.
@@ -31,7 +31,7 @@ pub struct ImageDesc<'a> {
     /// Samples per texel: 1, 2, 4, 8 or 16.
     pub samples: u32,
     pub usage: vk::ImageUsageFlags,
-    /// Formats of the same size that [`Image::view_as`] may sample it in.
+    /// Formats of the same size as which [`Image::view_as`] may sample it.
     pub view_formats: &'a [vk::Format],
 }
 
@@ -64,9 +64,9 @@ pub(in crate::vk) struct RawImage {
     mips: u32,
     pub(in crate::vk) samples: u32,
     view: vk::ImageView,
-    /// One per level; empty where the usage has no sampling and no storage.
+    /// Views of single levels; empty if the usage has no sampling and no storage.
     mip_views: Vec<vk::ImageView>,
-    /// One per level; empty where the image is no attachment.
+    /// Attachment views of single levels; empty if the image is not an attachment.
     attachment_views: Vec<vk::ImageView>,
     format_views: Vec<(vk::Format, vk::ImageView)>,
 }
@@ -86,31 +86,31 @@ impl Drop for RawImage {
     }
 }
 
-/// An image with its memory and views, in `GENERAL` layout. Recorded commands keep what they use alive.
+/// An image with its memory and views, in `GENERAL` layout. Recorded commands keep it alive.
 pub struct Image {
     pub(in crate::vk) raw: Arc<RawImage>,
 }
 
-/// One view of an [`Image`], to bind or to draw into.
+/// A view of an [`Image`] for bindings or attachments.
 #[derive(Clone, Copy)]
 pub struct ImageView<'a> {
     pub(in crate::vk) handle: vk::ImageView,
     pub(in crate::vk) raw: &'a Arc<RawImage>,
-    /// The level of a view of one level, else 0.
+    /// The level of a view of a single level, else 0.
     pub(in crate::vk) level: u32,
 }
 
 impl ImageView<'_> {
-    /// For a host's own commands; valid as long as the image lives.
+    /// The handle for a host's own commands, valid as long as the image lives.
     pub fn handle(&self) -> vk::ImageView {
         self.handle
     }
 }
 
 impl Image {
-    /// Makes the image and its views and brings it into `GENERAL` layout; its contents are undefined.
+    /// Creates the image and its views and brings it into `GENERAL` layout; its content is undefined.
     ///
-    /// `Error::Memory` when it exceeds the device's limits or what it has left.
+    /// `Error::Memory` if it exceeds the device's limits or the free device memory.
     pub fn new(context: &Arc<Context>, desc: &ImageDesc<'_>) -> Result<Self> {
         check_size(context, desc)?;
         let mut raw = create(context, desc)?;
@@ -124,7 +124,7 @@ impl Image {
         Ok(Self { raw })
     }
 
-    /// All levels and layers, for sampling; level 0 alone can be read from it as a storage image.
+    /// All levels and layers for sampling; as a storage image it only reads level 0.
     pub fn view(&self) -> ImageView<'_> {
         ImageView { handle: self.raw.view, raw: &self.raw, level: 0 }
     }
@@ -134,7 +134,7 @@ impl Image {
         self.level_view(&self.raw.mip_views, level, "sampled or storage")
     }
 
-    /// One level to draw into; a 3D level is a 2D array with a layer per slice.
+    /// One level as an attachment; a 3D level is a 2D array with a layer per slice.
     pub fn attachment_view(&self, level: u32) -> ImageView<'_> {
         self.level_view(&self.raw.attachment_views, level, "attachment")
     }
@@ -154,7 +154,7 @@ impl Image {
         ImageView { handle, raw: &self.raw, level }
     }
 
-    /// For a host's own commands; valid as long as the image lives, and to be left in `GENERAL` layout.
+    /// The handle for a host's own commands, valid as long as the image lives. The image stays in `GENERAL` layout.
     pub fn handle(&self) -> vk::Image {
         self.raw.handle
     }
@@ -191,7 +191,7 @@ impl RawImage {
         self.extent.map(|texels| (texels >> level).max(1))
     }
 
-    /// Layers that an attachment view of `level` has.
+    /// Layers of an attachment view of `level`.
     pub(in crate::vk) fn attachment_layers(&self, level: u32) -> u32 {
         if self.dim == ImageDim::D3 { self.extent_of(level)[2] } else { self.layers }
     }
@@ -239,7 +239,7 @@ impl RawImage {
         Ok(())
     }
 
-    /// These levels, all layers.
+    /// The subresource range of these levels and all layers.
     fn range(&self, levels: std::ops::Range<u32>) -> vk::ImageSubresourceRange {
         vk::ImageSubresourceRange::default()
             .aspect_mask(self.aspect())
@@ -248,7 +248,7 @@ impl RawImage {
             .layer_count(self.layers)
     }
 
-    /// Brings the new image into `GENERAL` layout.
+    /// The barrier that brings the new image into `GENERAL` layout.
     fn first_transition(&self) -> vk::ImageMemoryBarrier2<'static> {
         vk::ImageMemoryBarrier2::default()
             .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
@@ -318,7 +318,7 @@ fn create(context: &Arc<Context>, desc: &ImageDesc<'_>) -> Result<RawImage> {
         .samples(vk::SampleCountFlags::from_raw(desc.samples))
         .usage(desc.usage);
     if !desc.view_formats.is_empty() {
-        // The other formats may lack a usage (sRGB has no storage): each view states its own.
+        // The other formats may lack a usage (sRGB has no storage), so each view states its own.
         flags |= vk::ImageCreateFlags::MUTABLE_FORMAT | vk::ImageCreateFlags::EXTENDED_USAGE;
         info = info.push_next(&mut list);
     }
@@ -350,9 +350,9 @@ pub struct ImageRegion {
     pub level: u32,
     pub first_layer: u32,
     pub layers: u32,
-    /// Texels.
+    /// Offset in texels.
     pub offset: [u32; 3],
-    /// Texels.
+    /// Extent in texels.
     pub extent: [u32; 3],
 }
 
@@ -363,7 +363,7 @@ impl ImageRegion {
         Self { level, first_layer: 0, layers, offset: [0; 3], extent }
     }
 
-    /// `count` rows of one level from row `first` on, in all layers.
+    /// `count` rows of one level, starting with row `first`, in all layers.
     pub fn rows(image: &Image, level: u32, first: u32, count: u32) -> Self {
         let whole = Self::level(image, level);
         let [width, _, depth] = whole.extent;

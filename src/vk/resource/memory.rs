@@ -1,6 +1,5 @@
-//! Device memory, by gpu-allocator with one allocation per resource. There are few resources and most are large, so
-//! blocks shared between them would only blur the account; this way the bytes taken from the driver are the sum of what
-//! the resources need.
+//! Device memory, allocated by gpu-allocator with one allocation per resource. There are few resources and most are
+//! large. Separate allocations make the allocated bytes the sum of the resources' sizes.
 
 use crate::vk::device::context::Context;
 use crate::{Error, Result};
@@ -10,7 +9,7 @@ use gpu_allocator::{AllocationError, MemoryLocation};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
 
-/// The resource that a block of memory is for.
+/// The resource to which a block of memory belongs.
 pub(in crate::vk) enum Owner {
     Buffer(vk::Buffer, MemoryLocation),
     Image(vk::Image),
@@ -18,13 +17,13 @@ pub(in crate::vk) enum Owner {
 
 pub(in crate::vk) struct Memory {
     context: Arc<Context>,
-    /// Taken when it is given back.
+    /// The allocation, which is taken when it is freed.
     allocation: Option<Allocation>,
     bytes: u64,
 }
 
 impl Memory {
-    /// Allocates what `owner` needs and binds it. `Error::Memory` names `label` when there is too little.
+    /// Allocates memory for `owner` and binds it. `Error::Memory` names `label` if there is too little.
     pub(in crate::vk) fn bind(context: &Arc<Context>, label: &str, owner: &Owner) -> Result<Self> {
         let device = context.device();
         // SAFETY: the owner's handle is alive, it belongs to this device, and nothing was bound to it yet.
@@ -35,7 +34,7 @@ impl Memory {
             }
         };
         let allocation = allocate(context, label, requirements, owner)?;
-        // SAFETY: as above; the allocation has the size and type that the owner asked for.
+        // SAFETY: as above; the allocation has the size and type that the owner requires.
         let bound = unsafe {
             let (memory, offset) = (allocation.memory(), allocation.offset());
             match owner {
@@ -65,17 +64,17 @@ impl Drop for Memory {
         self.context.allocated.fetch_sub(self.bytes, Ordering::Relaxed);
         let Some(allocation) = self.allocation.take() else { return };
         if self.context.stuck.load(Ordering::Relaxed) {
-            // The device may still be at work in it: it is left to the process's end.
+            // The device may still use it, so it is left to the end of the process.
             std::mem::forget(allocation);
         } else if let Err(error) = self.context.allocator().free(allocation) {
-            // Nothing can be done about it here, and the memory goes with the device.
+            // An error cannot be handled here, and the memory is freed with the device.
             tracing::warn!("giving memory back: {error}");
         }
     }
 }
 
 impl Context {
-    /// The one allocator; a panic elsewhere leaves it as usable as it was.
+    /// The allocator. It stays usable after a panic elsewhere.
     fn allocator(&self) -> std::sync::MutexGuard<'_, gpu_allocator::vulkan::Allocator> {
         self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -104,7 +103,7 @@ fn allocate(context: &Context, label: &str, requirements: vk::MemoryRequirements
     })
 }
 
-/// `1.5 MiB`, for messages.
+/// A size such as `1.5 MiB`, for messages.
 pub(in crate::vk) fn mebibytes(bytes: u64) -> String {
     format!("{:.1} MiB", bytes as f64 / (1024.0 * 1024.0))
 }

@@ -19,14 +19,14 @@ impl Drop for RawSampler {
     }
 }
 
-/// How an image is read between its texels.
+/// The filtering and addressing of image reads.
 pub struct Sampler {
     pub(in crate::vk) raw: Arc<RawSampler>,
 }
 
 impl Sampler {
-    /// `filter` serves texels and levels, `address` all three axes. A border is transparent black; every level may be
-    /// read.
+    /// A sampler with `filter` for texels and levels, and `address` for all three axes. A border is transparent black;
+    /// every level may be read.
     pub fn new(context: &Arc<Context>, filter: vk::Filter, address: vk::SamplerAddressMode) -> Result<Self> {
         let linear = filter == vk::Filter::LINEAR;
         let info = vk::SamplerCreateInfo::default()

@@ -1,5 +1,5 @@
-//! Acceleration structures: triangles as the driver keeps them for ray queries. One stands over the triangles, and one
-//! that queries begin at over that one.
+//! Acceleration structures: the driver's form of triangles for ray queries. A lower structure contains the triangles,
+//! and an upper one, at which queries begin, contains the lower one.
 
 use super::buffer::{Buffer, BufferKind};
 use crate::Result;
@@ -7,18 +7,18 @@ use crate::vk::device::context::Context;
 use ash::vk;
 use std::sync::Arc;
 
-/// Triangles over which a structure stands.
+/// Description of the triangles of a structure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StructureDesc {
-    /// How many are opaque, which come first,
+    /// The number of opaque triangles, which come first.
     pub opaque: u32,
-    /// and how many a query proposes one by one, so that a shader may let it pass.
+    /// The number of triangles that a query reports individually, so that a shader may let the ray pass.
     pub translucent: u32,
-    /// Whether they move: it then is built fast, and else so that rays are.
+    /// Whether they move: then the structure is optimised for fast builds, else for fast tracing.
     pub moving: bool,
 }
 
-/// Bytes of the structure over the triangles, of the one over that, and of the memory in which both are built.
+/// Bytes of the lower structure, of the upper one, and of the memory for building both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StructureSize {
     pub triangles: u64,
@@ -26,9 +26,9 @@ pub struct StructureSize {
     pub scratch: u64,
 }
 
-/// The triangles: three numbers of corners each, and corners of three f32.
+/// The triangles: three indices each, and corners of three f32.
 #[derive(Clone, Copy)]
-pub struct Corners<'a> {
+pub struct TriangleCorners<'a> {
     pub indices: &'a Buffer,
     pub positions: &'a Buffer,
 }
@@ -37,7 +37,7 @@ pub(in crate::vk) struct RawStructure {
     context: Arc<Context>,
     handle: vk::AccelerationStructureKHR,
     pub(in crate::vk) label: String,
-    /// Where it lies.
+    /// The memory of the structure.
     memory: Buffer,
 }
 
@@ -50,32 +50,32 @@ impl Drop for RawStructure {
     }
 }
 
-/// An acceleration structure, and all that it is built in. It is empty until
+/// Acceleration structures with the memory for building them. They are empty until
 /// [`Recorder::build`](crate::vk::Recorder::build).
 pub struct Structure {
     desc: StructureDesc,
     pub(in crate::vk) triangles: Arc<RawStructure>,
     pub(in crate::vk) top: Arc<RawStructure>,
-    /// The one instance of the triangles in the structure over them.
+    /// The single instance of the triangles in the upper structure.
     pub(in crate::vk) instance: Buffer,
     pub(in crate::vk) scratch: Buffer,
 }
 
-/// Panics where they are not enabled: a mistake in the program.
+/// The functions. Panics if they are not enabled, which is a mistake in the program.
 pub(in crate::vk) fn functions(context: &Context) -> &ash::khr::acceleration_structure::Device {
     context.structures.as_ref().expect("ray queries are enabled")
 }
 
-/// The input from which one of the two structures is built.
+/// The input for building one of the two structures.
 #[derive(Default)]
-pub(in crate::vk) struct Parts {
+pub(in crate::vk) struct StructureInput {
     geometries: Vec<vk::AccelerationStructureGeometryKHR<'static>>,
     ranges: Vec<vk::AccelerationStructureBuildRangeInfoKHR>,
     kind: vk::AccelerationStructureTypeKHR,
     flags: vk::BuildAccelerationStructureFlagsKHR,
 }
 
-impl Parts {
+impl StructureInput {
     pub(in crate::vk) fn info(&self) -> vk::AccelerationStructureBuildGeometryInfoKHR<'_> {
         vk::AccelerationStructureBuildGeometryInfoKHR::default()
             .ty(self.kind)
@@ -101,20 +101,20 @@ impl Parts {
 }
 
 impl StructureDesc {
-    /// Bytes of the one instance.
+    /// Bytes of an instance.
     pub const INSTANCE: u64 = 64;
 
-    /// Of a context with ray queries.
+    /// The sizes of the structures, on a context with ray queries.
     pub fn size(&self, context: &Context) -> StructureSize {
         let ((triangles, own), (top, over)) = (self.parts(None).size(context), self.top(0).size(context));
-        // To where memory for building may begin.
+        // Alignment of the memory for building.
         let aligned = context.capabilities.scratch_alignment;
         StructureSize { triangles, top, scratch: own.max(over) + aligned }
     }
 
-    /// The triangles, of corners where there are some yet.
-    pub(in crate::vk) fn parts(&self, corners: Option<&Corners>) -> Parts {
-        let address = |buffer: fn(&Corners<'_>) -> u64| vk::DeviceOrHostAddressConstKHR {
+    /// The triangles as input; without `corners` only their number.
+    pub(in crate::vk) fn parts(&self, corners: Option<&TriangleCorners>) -> StructureInput {
+        let address = |buffer: fn(&TriangleCorners<'_>) -> u64| vk::DeviceOrHostAddressConstKHR {
             device_address: corners.map_or(0, buffer),
         };
         let count = corners.map_or(3, |corners| (corners.positions.bytes() / 12) as u32);
@@ -137,8 +137,8 @@ impl StructureDesc {
             range.primitive_offset(12 * first)
         };
         let flags = vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE;
-        Parts {
-            // A triangle that lets light through counts once.
+        StructureInput {
+            // A shader sees each translucent triangle only once.
             geometries: vec![geometry(F::OPAQUE), geometry(F::NO_DUPLICATE_ANY_HIT_INVOCATION)],
             ranges: vec![range(self.opaque, 0), range(self.translucent, self.opaque)],
             kind: vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
@@ -146,14 +146,14 @@ impl StructureDesc {
         }
     }
 
-    /// The instance of the triangles at that address.
-    pub(in crate::vk) fn top(&self, instance: u64) -> Parts {
+    /// The upper structure's input: the instance at that address.
+    pub(in crate::vk) fn top(&self, instance: u64) -> StructureInput {
         let data = vk::DeviceOrHostAddressConstKHR { device_address: instance };
         let instances = vk::AccelerationStructureGeometryInstancesDataKHR::default().data(data);
         let geometry = vk::AccelerationStructureGeometryKHR::default()
             .geometry_type(vk::GeometryTypeKHR::INSTANCES)
             .geometry(vk::AccelerationStructureGeometryDataKHR { instances });
-        Parts {
+        StructureInput {
             geometries: vec![geometry],
             ranges: vec![vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(1)],
             kind: vk::AccelerationStructureTypeKHR::TOP_LEVEL,
@@ -166,7 +166,7 @@ impl RawStructure {
     fn new(context: &Arc<Context>, label: &str, bytes: u64, kind: vk::AccelerationStructureTypeKHR) -> Result<Self> {
         let memory = Buffer::new(context, label, bytes, BufferKind::Structure)?;
         let info = vk::AccelerationStructureCreateInfoKHR::default().buffer(memory.handle()).size(bytes).ty(kind);
-        // SAFETY: the buffer holds so many bytes.
+        // SAFETY: the buffer has the required size.
         let handle = unsafe { functions(context).create_acceleration_structure(&info, None) }
             .map_err(|result| context.error(&format!("creating {label}"), result))?;
         context.set_name(handle, label);
@@ -179,13 +179,13 @@ impl RawStructure {
 
     fn address(&self) -> u64 {
         let info = vk::AccelerationStructureDeviceAddressInfoKHR::default().acceleration_structure(self.handle);
-        // SAFETY: it is alive.
+        // SAFETY: the structure is alive.
         unsafe { functions(&self.context).get_acceleration_structure_device_address(&info) }
     }
 }
 
 impl Structure {
-    /// As [`Structure::new`], but nothing is written to the instance.
+    /// As [`Structure::new`], without writing the instance.
     pub(in crate::vk) fn unwritten(context: &Arc<Context>, desc: StructureDesc) -> Result<Self> {
         let size = desc.size(context);
         use vk::AccelerationStructureTypeKHR as T;
@@ -200,9 +200,9 @@ impl Structure {
         })
     }
 
-    /// The instance as a device reads it: the triangles where they are.
+    /// The instance in the device's format, with an identity transform.
     pub(in crate::vk) fn instance_words(&self) -> [[u32; 4]; 4] {
-        // A row of the matrix is (1 0 0 0), (0 1 0 0), (0 0 1 0); then number and mask, and no flags.
+        // The rows of the matrix are (1 0 0 0), (0 1 0 0), (0 0 1 0), followed by number and mask, without flags.
         let one = 1f32.to_bits();
         let address = self.triangles.address();
         [[one, 0, 0, 0], [0, one, 0, 0], [0, 0, one, 0], [0xff00_0000, 0, address as u32, (address >> 32) as u32]]
@@ -212,7 +212,7 @@ impl Structure {
         &self.desc
     }
 
-    /// Bytes that both structures take.
+    /// Bytes of both structures.
     pub fn bytes(&self) -> u64 {
         self.triangles.memory.bytes() + self.top.memory.bytes()
     }

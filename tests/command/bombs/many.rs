@@ -1,5 +1,5 @@
-//! Files of which everything can be read, with very many of one thing: what is done for each must not be done for each of them again.
-//! Processor time is counted, which other work on the machine does not lengthen much.
+//! Valid files with very many entries of one kind: work for each entry must not be repeated for each other entry. The
+//! tests measure processor time, which other work on the machine hardly lengthens.
 
 use std::fs;
 use std::io::Read;
@@ -10,16 +10,17 @@ use serde_json::{Value, json};
 
 use super::{INLINE, folder, most_memory_kib, triangle, write};
 
-/// Ended by the program itself, not by a signal, with what it said at last.
-struct Run {
+/// A run that the program itself ended, not a signal; `said` is its last output.
+struct ProgramRun {
     said: String,
-    /// Of the processor, in all threads.
+    /// Processor time of all threads in seconds.
     seconds: f64,
     memory_kib: u64,
 }
 
-/// Renders the scene until it is refused, or ended after a minute; without a driver, unless `device`, the scene is read and no more.
-fn run(folder: &Path, scene: &str, device: bool) -> Option<Run> {
+/// Renders the scene until it is refused, or for a minute at most. Unless `device`, there is no driver, so that the
+/// scene is only read.
+fn run(folder: &Path, scene: &str, device: bool) -> Option<ProgramRun> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
     let args = ["render", scene, "-o", "a.png", "--size", "64x64", "--set", "voxels=32", "--preset", "fast"];
     command.current_dir(folder).args(args).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -43,18 +44,18 @@ fn run(folder: &Path, scene: &str, device: bool) -> Option<Run> {
     child.stderr.unwrap().read_to_string(&mut said).unwrap();
     println!("{scene}: {seconds} s of a processor, {} MiB: {said}", memory_kib >> 10);
     assert!(status.code().is_some(), "{scene} took a minute");
-    (status.code() == Some(2)).then_some(Run { said, seconds, memory_kib })
+    (status.code() == Some(2)).then_some(ProgramRun { said, seconds, memory_kib })
 }
 
-/// Of all threads of a process so far, to a hundredth.
+/// Processor time of all threads of a process so far, in steps of 0.01 s.
 fn processor_seconds(process: u32) -> f64 {
     let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
-    // Behind the name in parentheses; the fields utime and stime of proc(5).
+    // The name stands in parentheses; after it come the fields utime and stime of proc(5).
     let fields = stat.rsplit_once(") ").map_or("", |(_, fields)| fields);
     fields.split(' ').skip(11).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0
 }
 
-/// Fails unless the scene is read within so many seconds of a processor and so much memory.
+/// Fails unless the scene is read within these seconds of processor time and this memory.
 fn read(folder: &Path, scene: &str, seconds: f64, memory_mib: u64) {
     let run = run(folder, scene, false).expect("there is no device");
     assert!(run.said.contains("twobounce: there is no Vulkan device"), "{scene}: {}", run.said);
@@ -62,7 +63,7 @@ fn read(folder: &Path, scene: &str, seconds: f64, memory_mib: u64) {
     assert!(run.memory_kib < memory_mib << 10, "{scene} took {} KiB", run.memory_kib);
 }
 
-/// `nodes` nodes, each with the mesh of [`triangle`] at as many places as there are in `places`.
+/// A scene of `nodes` nodes; each has the mesh of [`triangle`] as many times as `places` has entries.
 fn crowd(folder: &Path, nodes: usize, places: usize) -> Value {
     let mut scene = triangle(INLINE);
     let at: Vec<u8> = (0..3 * places).flat_map(|i| ((i * 37 % 101) as f32 / 10.0).to_le_bytes()).collect();
@@ -135,8 +136,8 @@ fn bounds_of_very_many_moving_instances_are_sampled_less_often() {
     read(folder.path(), "moving.gltf", 12.0, 400);
 }
 
-/// Two million instances are read in the memory of the scene twice over. They do not fit into a buffer of the least size that
-/// devices bind, which is known before anything is made of them.
+/// Two million instances are read within twice the scene's memory. They exceed the smallest buffer that devices must
+/// bind, which is known before anything is built from them.
 #[test]
 fn instances_that_no_buffer_holds_are_refused_at_once() {
     let folder = folder();
@@ -154,7 +155,7 @@ fn instances_that_no_buffer_holds_are_refused_at_once() {
     }
 }
 
-/// Three of a million vertices are read for each primitive, and not all of them.
+/// Each primitive reads three of a million vertices, and not all of them.
 #[test]
 fn primitives_that_share_a_large_buffer_read_what_they_use() {
     let folder = folder();
@@ -163,7 +164,7 @@ fn primitives_that_share_a_large_buffer_read_what_they_use() {
     let mut bytes = vec![0; 12 * VERTICES];
     bytes[12..16].copy_from_slice(&1f32.to_le_bytes());
     bytes[28..32].copy_from_slice(&1f32.to_le_bytes());
-    // Behind the positions, the indices.
+    // Byte offset of the indices, which follow the positions.
     bytes.extend([0, 1, 2, 0]);
     fs::write(folder.path().join("vertices.bin"), &bytes).unwrap();
     scene["buffers"][0]["byteLength"] = json!(bytes.len());

@@ -1,5 +1,5 @@
-//! Small files that describe more than a machine holds, and files that never end: refused in a sentence that names them,
-//! at once and in little memory.
+//! Small files that describe more than a machine holds, and files without an end: each is refused at once, in little
+//! memory, by a sentence that names it.
 #![cfg(target_os = "linux")]
 
 use crate::cli_common;
@@ -15,21 +15,21 @@ use std::time::{Duration, Instant};
 use cli_common::names;
 use serde_json::{Value, json};
 
-/// Far more than the program takes without a scene, far less than any bomb.
+/// Far more memory than the program takes without a scene, and far less than any of these files asks for.
 const MEMORY_KIB: u64 = 200 << 10;
 const TIME: Duration = Duration::from_secs(2);
 
-/// Fails unless the scene is refused with all `parts` in one sentence, quickly, in little memory and without output.
+/// Fails unless the scene is refused in one sentence with all `parts`, quickly, in little memory and without output.
 fn refused(folder: &Path, scene: &str, parts: &[&str]) {
     refused_by(folder, &["render", scene, "-o", "a.png"], scene, parts);
 }
 
-/// As [`refused`], for any command; `subject` begins the sentence.
+/// As [`refused`], for any command; the sentence begins with `subject`.
 fn refused_by(folder: &Path, args: &[&str], subject: &str, parts: &[&str]) {
     let before = names(folder);
     let start = Instant::now();
     let mut command = Command::new(env!("CARGO_BIN_EXE_twobounce"));
-    // No driver is found: what drivers take is not measured.
+    // No driver is found, so that a driver's memory is not measured.
     command.env("VK_DRIVER_FILES", "/none").env("VK_ICD_FILENAMES", "/none").current_dir(folder);
     let mut child = command.args(args).stderr(Stdio::piped()).spawn().unwrap();
     let mut memory_kib = 0;
@@ -56,8 +56,8 @@ fn refused_by(folder: &Path, args: &[&str], subject: &str, parts: &[&str]) {
     assert_eq!(names(folder), before, "{args:?} left something behind");
 }
 
-/// The most memory that a process has held so far: what counts children that have ended counts this test's own memory too,
-/// which they share until they run the program.
+/// The largest memory that a process has held so far. The system's count for ended children would include this test's
+/// own memory, which a child shares until it runs the program.
 fn most_memory_kib(process: u32) -> u64 {
     let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
@@ -77,7 +77,7 @@ fn triangle(uri: &str) -> Value {
 /// Nine floats: (0,0,0) (1,0,0) (0,1,0).
 const INLINE: &str = "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
 
-/// A triangle with as many materials, each with a texture of its own from an image of the name that `image` gives.
+/// A triangle with this many materials, each with a texture from an image of its own, which `image` names.
 fn textured(count: usize, image: impl Fn(usize) -> String) -> Value {
     let mut scene = triangle(INLINE);
     let list = |make: &dyn Fn(usize) -> Value| Value::Array((0..count).map(make).collect());
@@ -87,10 +87,10 @@ fn textured(count: usize, image: impl Fn(usize) -> String) -> Value {
     scene
 }
 
-/// The start of a PNG: a header for so many texels, and as much of its data as makes a decoder read on.
+/// The start of a PNG: a header that states this many texels, and enough data that a decoder reads on.
 fn png_header(width: u32, height: u32) -> Vec<u8> {
     let header = [&width.to_be_bytes()[..], &height.to_be_bytes(), &[8, 2, 0, 0, 0]].concat();
-    // Deflate makes at best 1032 bytes of one, and a byte has at best eight texels.
+    // A byte of deflate expands to at most 1032 bytes, each of at most eight texels.
     let data = vec![0x78; (u64::from(width.min(1 << 14)) * u64::from(height.min(1 << 14)) / 8000) as usize + 2];
     png(&[(b"IHDR", &header), (b"IDAT", &data)])
 }
@@ -131,7 +131,7 @@ fn accessors_without_data_are_added_up() {
     write(folder.path(), "sparse.gltf", &many);
     refused(folder.path(), "sparse.gltf", &["of memory", "vertices", "fewer triangles"]);
 
-    // One mesh that a thousand nodes deform is loaded a thousand times.
+    // A mesh that a thousand nodes deform is loaded a thousand times.
     let mut deformed = triangle(INLINE);
     deformed["accessors"] = json!([sparse]);
     deformed["nodes"] = Value::Array(vec![json!({"mesh": 0, "weights": [0.5]}); 1000]);
@@ -183,7 +183,7 @@ fn texels_are_added_up_from_headers() {
 fn only_as_much_of_a_file_is_read_as_is_used() {
     let folder = folder();
     let sparse = |name: &str, bytes: u64| fs::File::create(folder.path().join(name)).unwrap().set_len(bytes).unwrap();
-    // Holes on the disk: 64 TiB fit no machine, and 8 GiB would take seconds to read.
+    // Sparse files: 64 TiB exceed every machine, and reading 8 GiB would take seconds.
     sparse("long.bin", 8 << 30);
     let mut scene = triangle("long.bin");
     scene["bufferViews"][0]["byteOffset"] = json!(1);
@@ -244,7 +244,7 @@ fn what_is_no_regular_file_is_not_opened() {
     }
 }
 
-/// Sizes to which decoders would expand small files are stated in the files: counts, and sizes in headers.
+/// Small files whose decoders would expand to the sizes that they state: counts, and sizes in headers.
 #[test]
 fn compressed_and_instanced_files_are_added_up() {
     let folder = folder();

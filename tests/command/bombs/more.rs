@@ -1,4 +1,4 @@
-//! Further ones: each took gigabytes, seconds or the stack of some program that reads such files.
+//! Further files of this kind: each took gigabytes, seconds or the whole stack of some program that reads such formats.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -11,18 +11,18 @@ use twobounce::scene::{LoadOptions, Scene};
 
 use super::{INLINE, folder, png, png_header, refused, refused_by, textured, triangle, write};
 
-/// With --strict, which refuses an image that cannot be read instead of leaving it out.
+/// As [`refused`] with --strict, which refuses an image that cannot be read instead of leaving it out.
 fn refused_strictly(folder: &Path, scene: &str, parts: &[&str]) {
     refused_by(folder, &["render", scene, "--strict", "-o", "a.png"], scene, parts);
 }
 
-/// A file that is a hole on the disk but for its start.
+/// A sparse file that has data only at its start.
 fn hole(folder: &Path, name: &str, start: &[u8], bytes: u64) {
     fs::write(folder.join(name), start).unwrap();
     fs::File::options().write(true).open(folder.join(name)).unwrap().set_len(bytes).unwrap();
 }
 
-/// A zlib stream of so many times 258 zeros, in 13 bits each (RFC 1951, 3.2.6: a length of 258 at a distance of 1).
+/// A zlib stream of this many times 258 zeros, in 13 bits each (RFC 1951, 3.2.6: a length of 258 at a distance of 1).
 fn zeros(times: usize) -> Vec<u8> {
     let (mut out, mut bits, mut filled) = (vec![0x78, 0x9c], 0u64, 0);
     let mut put = |code: u64, count: u32| {
@@ -49,7 +49,7 @@ fn zeros(times: usize) -> Vec<u8> {
 fn what_is_beside_the_texels_of_an_image_is_bounded() {
     let folder = folder();
     let header = [&1u32.to_be_bytes()[..], &1u32.to_be_bytes(), &[8, 2, 0, 0, 0]].concat();
-    // 516 MB of a colour profile, and twenty texts as large.
+    // A colour profile of 516 MB, and twenty texts of that size.
     let large = [b"x\0\0".to_vec(), zeros(2_000_000)].concat();
     let profile = png(&[(b"IHDR", &header), (b"iCCP", &large), (b"IDAT", &[0x78]), (b"IEND", &[])]);
     fs::write(folder.path().join("profile.png"), profile).unwrap();
@@ -69,7 +69,7 @@ fn images_hold_the_texels_that_they_state() {
     let frame = whole.windows(2).position(|pair| pair == [0xff, 0xc2]).unwrap();
     let size = [16000u16.to_be_bytes(), 16000u16.to_be_bytes()].concat();
     let wide = [&whole[..frame + 5], &size, &whole[frame + 9..]].concat();
-    // A hundred scans, each of which goes over the whole image.
+    // A hundred scans, each of which covers the whole image.
     let scan = wide.windows(2).position(|pair| pair == [0xff, 0xda]).unwrap();
     let scans = [&wide[..wide.len() - 2], &wide[scan..wide.len() - 2].repeat(100)].concat();
     let texel = png(&[(b"IHDR", &[0, 0, 64, 0, 0, 0, 64, 0, 1, 0, 0, 0, 0]), (b"IDAT", &[0x78; 99])]);
@@ -78,7 +78,7 @@ fn images_hold_the_texels_that_they_state() {
         write(folder.path(), "image.gltf", &textured(1, |_| name.into()));
         refused_strictly(folder.path(), "image.gltf", &["image 0", name, "is too short for the"]);
     }
-    // One view that twenty thousand images share.
+    // One buffer view that twenty thousand images share.
     const IMAGES: usize = 20_000;
     let mut shared = textured(IMAGES, |_| String::new());
     let mut file = png_header(4096, 4096);
@@ -109,7 +109,7 @@ fn textures_are_held_against_the_machine_and_the_device() {
     let options = LoadOptions { memory: limit(64), texture_memory: limit(2), ..LoadOptions::default() };
     let sentence = load(24, 4096, options);
     assert!(sentence.contains("402.7 million texels, which need 2304 MiB on the device"), "{sentence}");
-    // Known from the header: not a texel is decoded.
+    // The header tells the size, so that no texel is decoded.
     let texture_side = Some((16384, "the 16384 texels a side of an image of the test".to_owned()));
     let sentence = load(1, 16384, LoadOptions { memory: limit(16), texture_side, ..LoadOptions::default() });
     let words =
@@ -117,7 +117,7 @@ fn textures_are_held_against_the_machine_and_the_device() {
     assert!(sentence.contains(words) && sentence.contains("--max-texture"), "{sentence}");
 }
 
-/// Two bytes of text are a scene of forty-eight in memory.
+/// Two bytes of text become forty-eight bytes of the scene in memory.
 #[test]
 fn a_file_has_a_bounded_number_of_scenes() {
     let folder = folder();
@@ -127,7 +127,7 @@ fn a_file_has_a_bounded_number_of_scenes() {
     refused(folder.path(), "scenes.gltf", &["is not valid glTF", "a list of at most 65536"]);
 }
 
-/// Some bytes that state as many instances as they like, of a node or of many.
+/// A few bytes state any number of instances, of one node or of many.
 #[test]
 fn instances_without_data_are_added_up() {
     let folder = folder();
@@ -152,7 +152,7 @@ fn zstd_keeps_no_more_than_it_makes() {
     let folder = folder();
     let whole = include_bytes!("../../values/gltf/compressed/fading-uastc-zstd.ktx2");
     let start = u64::from_le_bytes(whole[80..88].try_into().unwrap()) as usize;
-    // A frame that may look back by 128 MiB, and blocks of 128 KiB in four bytes each.
+    // A frame whose window is 128 MiB, and blocks of 128 KiB that take four bytes each.
     let block = [2, 0, 16, 0];
     let frame = [&[0x28, 0xb5, 0x2f, 0xfd, 0, 0x88][..], &block.repeat(20_000)].concat();
     let bytes = [&whole[..88], &(frame.len() as u64).to_le_bytes(), &whole[96..start], &frame].concat();
@@ -161,7 +161,7 @@ fn zstd_keeps_no_more_than_it_makes() {
     refused_strictly(folder.path(), "zeros.gltf", &["image 0", "asks for more memory than it holds"]);
 }
 
-/// Counts that fit into memory, and of which the streams hold next to nothing.
+/// The counts fit into memory, but the streams hold almost nothing of them.
 #[test]
 fn streams_are_held_to_what_they_hold() {
     let folder = folder();
@@ -175,7 +175,7 @@ fn streams_are_held_to_what_they_hold() {
     let whole = include_bytes!("../../fuzz/corpus/draco-sequential.glb");
     let stream = whole.windows(5).position(|bytes| bytes == b"DRACO").unwrap();
     let mut bytes = whole.to_vec();
-    // The counts of triangles and vertices, of seven bits a byte, behind eleven bytes of a header.
+    // The counts of triangles and vertices, seven bits a byte, after eleven bytes of a header.
     bytes[stream + 11..stream + 21].copy_from_slice(&[0xff, 0xff, 0xff, 0xff, 0x0f].repeat(2));
     fs::write(folder.path().join("draco.glb"), bytes).unwrap();
     refused(folder.path(), "draco.glb", &["mesh 0 primitive 0 is compressed by Draco", "export the file again"]);
@@ -317,7 +317,7 @@ fn settings_and_data_in_text_are_bounded() {
     }
     fs::write(folder.path().join("deep.toml"), "#".repeat(2 << 20)).unwrap();
     refused_by(folder.path(), &["settings", "--config", "deep.toml"], "deep.toml", &["larger than 1 MiB"]);
-    // A data URI of 24 MB that is wrong at its end.
+    // A data URI of 24 MB that is invalid at its end.
     write(folder.path(), "inline.gltf", &triangle(&format!("{INLINE}{}!", "A".repeat(24 << 20))));
     refused(folder.path(), "inline.gltf", &["buffer 0", "not valid base64"]);
 }

@@ -1,4 +1,4 @@
-//! A scene to render and what became of a folder, for tests of the command line. Every test file uses a part of this.
+//! Scenes, folders and checks for tests of the command line. Every test file uses a part of this.
 #![allow(dead_code)]
 
 use std::fs;
@@ -37,7 +37,7 @@ pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// A folder that commands run in, with a cache of its own.
+/// A folder in which commands run, with a cache of its own.
 pub struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -45,7 +45,7 @@ impl Folder {
         Self(tempfile::tempdir().unwrap())
     }
 
-    /// With the box with a point light as `name`.
+    /// As [`Self::empty`], with the box with a point light as `name`.
     pub fn with_box(name: &str) -> Self {
         let folder = Self::empty();
         fs::copy(root().join("assets/cornell-point.glb"), folder.path(name)).unwrap();
@@ -56,7 +56,7 @@ impl Folder {
         self.0.path().join(name)
     }
 
-    /// The rows of a chart that was written into `output`.
+    /// The rows of the chart in `output`.
     pub fn rows(&self, output: &str) -> Vec<Value> {
         let text = fs::read_to_string(self.path(output).join("rows.json")).unwrap();
         serde_json::from_str::<Value>(&text).unwrap()["rows"].as_array().unwrap().clone()
@@ -72,14 +72,14 @@ impl Folder {
         self.command(args).output().unwrap()
     }
 
-    /// Standard output of a command that must work.
+    /// Standard output of a command; fails if the command fails.
     pub fn done(&self, args: &[&str]) -> String {
         let output = self.run(args);
         assert_eq!(output.status.code(), Some(0), "{args:?}: {}", text(&output.stderr));
         text(&output.stdout)
     }
 
-    /// The sentence of a command that must be refused.
+    /// The message with which a command is refused; fails if it is not.
     pub fn refused(&self, args: &[&str]) -> String {
         let output = self.run(args);
         let said = text(&output.stderr);
@@ -103,14 +103,14 @@ impl Display {
             .stderr(Stdio::null())
             .spawn()
             .expect("Xvfb is missing: install package xvfb");
-        // The server writes its number once it hears.
+        // The server writes the number of its display when it is ready.
         let mut number = String::new();
         BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
         assert!(!number.is_empty(), "Xvfb did not start");
         Self(server, format!(":{}", number.trim()))
     }
 
-    /// A program that opens windows in it, for ten minutes at most.
+    /// Starts a program that opens windows on this display; `timeout` ends it after ten minutes.
     pub fn command(&self, words: &[&str]) -> Command {
         let mut command = Command::new("timeout");
         command.args(["-k", "10", "600"]).args(words).env("DISPLAY", &self.1).env_remove("WAYLAND_DISPLAY");
@@ -147,12 +147,12 @@ pub fn after_first_row(command: &mut Command, folder: &Path) -> Child {
 /// Presses Ctrl-C.
 #[cfg(unix)]
 pub fn interrupted(child: Child) -> Output {
-    // SAFETY: the child is not waited for yet, so its number is its own.
+    // SAFETY: the child has not been waited for, so its process number is still its own.
     assert_eq!(unsafe { libc::kill(child.id() as i32, libc::SIGINT) }, 0);
     child.wait_with_output().unwrap()
 }
 
-/// The file and bytes of every row that a chart's folder keeps.
+/// The file name and bytes of every row that a chart's folder keeps.
 pub fn finished(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let files = fs::read_dir(folder.join("rows")).into_iter().flatten().map(|entry| entry.unwrap().path());
     let mut rows: Vec<_> = files.filter(|f| f.extension().is_some_and(|e| e == "toml")).collect();

@@ -1,4 +1,4 @@
-//! The harness of `passes_lpv.rs`: steps of propagation on the device, with everything that they bind.
+//! The harness of `passes_lpv.rs`: steps of propagation on the device, with all their bindings.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use twobounce::vk::*;
 
 use crate::gpu::twins::propagation::{Cell, Cells, Rules, aim};
 
-/// An image of so many grids, one above the other, with these texels.
+/// An image of this many grids, one above the other, with these texels.
 pub fn volume(context: &Arc<Context>, edge: u32, grids: u32, texels: Option<&[[f32; 4]]>) -> Image {
     let desc = ImageDesc {
         label: "field",
@@ -39,7 +39,7 @@ pub fn pack([low, high]: [f64; 2]) -> u32 {
     unorm(low) | unorm(high) << 16
 }
 
-/// Constants of a step of propagation past the sheets of surfaces, of one grid unless others say more.
+/// Constants of a step of propagation past the sheets of surfaces, of one grid unless others are given.
 pub fn propagation(others: &[Constant]) -> Vec<Constant> {
     let own = with(
         lpv::constants(&lpv::Settings::default()),
@@ -86,7 +86,7 @@ impl Steps {
         (0..parts).map(part).collect()
     }
 
-    /// Part `part` of what travels: red as the cell says, green twice that; the sky stays outside.
+    /// Part `part` of the travelling light: red as the cell states, green twice that; the sky stays outside.
     fn texels(&self, start: &Cells, part: usize) -> Vec<[f32; 4]> {
         let texel = |cell: &Cell| match (self.rules, part) {
             (_, 0) => [cell.flux as f32, 2.0 * cell.flux as f32, 0.0, 0.0],
@@ -102,7 +102,8 @@ impl Steps {
         start.cells.iter().map(texel).collect()
     }
 
-    /// The light after so many steps, and what they added up: parts of lobes, or what beams sent along each way.
+    /// The light after this many steps, and its sum over them: parts of lobes, or the light that beams sent in each
+    /// direction.
     pub fn run(&self, start: &Cells, steps: u32) -> (Vec<f64>, Vec<Vec<f64>>) {
         let c = &self.context;
         let beams = matches!(self.rules, Rules::Beams(_));

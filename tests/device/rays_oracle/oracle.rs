@@ -1,10 +1,10 @@
 //! Oracle of the hits that rays and shadow rays must find: brute force over all recorded triangles.
 //!
-//! The oracle evaluates the shader's formula (Möller and Trumbore 1997) in f64, with the bound of what f32 may round. A hit
-//! is *certain* if it is one whatever the rounding, and *possible* if rounding may make it one: at edges, where the shader's
-//! tolerance of 10⁻⁵ counts as such, at the ends of a ray, and behind another triangle at the same distance. Where only
-//! certain hits decide, a ray has one right answer; every other ray is *undecided*: any answer that rounding explains is
-//! right, and the share of such rays is bounded.
+//! The oracle evaluates the shader's formula (Möller and Trumbore 1997) in f64, with a bound of f32's rounding. A hit
+//! is *certain* if it exists whatever the rounding, and *possible* if rounding may create it: at edges, where the
+//! shader's tolerance of 10⁻⁵ counts as rounding, at the ends of a ray, and behind another triangle at the same
+//! distance. Where only certain hits decide, a ray has one right answer; every other ray is *undecided*: any answer
+//! that rounding explains is right, and the share of such rays is bounded.
 
 use std::sync::Arc;
 
@@ -22,24 +22,24 @@ use crate::gpu::twins::record::record;
 /// Rounding of the shader's products, over the product of the lengths that enter: eight roundings of f32, from two
 /// differences through a cross product to a scalar product, of terms whose sizes add up to √2 times that at most.
 const ROUNDING: f64 = 12.0 / (1 << 24) as f64;
-/// Of a quotient, and of the distance of a voxel's plane.
+/// Rounding of a quotient, and of the distance of a voxel's plane.
 const QUOTIENT_ROUNDING: f64 = 8.0 / (1 << 24) as f64;
 /// The shader's tolerance at edges, in barycentric weights.
 const EDGE_TOLERANCE: f64 = 1.001e-5;
-/// Relative, per surface passed: its optical depth is cut off after 16 bits, a factor of 2^(2⁻¹⁶). Twice that for what
-/// Vulkan asks of log2 and exp2.
+/// Relative error per passed surface: its optical depth is cut off after 16 bits, a factor of 2^(2⁻¹⁶). Twice that for
+/// the precision that Vulkan requires of log2 and exp2.
 const DEPTH_ROUNDING: f64 = 2.2e-5;
-/// Of a linear colour: Vulkan leaves the decoding of sRGB half a step of 8 bits, up to 4.5·10⁻³; lavapipe takes 1.2·10⁻³, an NVIDIA
-/// H200 2.9·10⁻³.
+/// Error of a linear colour: Vulkan allows the decoding of sRGB half a step of 8 bits, up to 4.5·10⁻³; lavapipe takes
+/// 1.2·10⁻³, an NVIDIA H200 2.9·10⁻³.
 const DECODING: f64 = 2e-3;
 const GPU_DECODING: f64 = 4.5e-3;
-/// A GPU's filter knows places between texels to 2⁻⁸: in coordinates of a texture of four texels, scaled by 0.9.
+/// A GPU's filter resolves positions between texels to 2⁻⁸: in coordinates of a texture of four texels, scaled by 0.9.
 const FILTERING: f32 = 1.1e-3;
-/// A shadow ray is undecided if its bounds are further apart than this: more than rounding of colours does.
+/// A shadow ray is undecided if its bounds are further apart than this, which exceeds the rounding of colours.
 const APART: f64 = 0.02;
 /// The shader's word for opaque is 2⁻²⁹.
 const OPAQUE: f64 = 2e-9;
-/// Voxels along the facet, where a ray from a surface starts.
+/// Distance in voxels along the facet's normal at which a ray from a surface starts.
 const RAY_START: f64 = 1e-3;
 
 /// Twin of `Ray` in glsl/test/rays.comp.
@@ -73,7 +73,7 @@ pub struct Facet {
     /// Unit.
     pub normal: DVec3,
     source: u32,
-    /// Into the scene's materials.
+    /// Index into the scene's materials.
     material: usize,
     uvs: [[Vec2; 3]; 2],
     colors: [Vec4; 3],
@@ -91,7 +91,7 @@ struct Crossing {
 }
 
 impl Facet {
-    /// `uvs`, `colors`: of its corners.
+    /// `uvs`, `colors`: those of its corners.
     fn new(triangle: &layout::Triangle, material: usize, uvs: [[f32; 4]; 3], colors: [[f32; 4]; 3]) -> Self {
         let [a, b, c] = triangle.corners.map(|v| Vec3::from(v).as_dvec3());
         let edges = [b - a, c - a];
@@ -125,7 +125,7 @@ impl Facet {
         let det_rounding = l1 * l2 * ROUNDING;
         let side = det.signum();
         let (det, u) = (det.abs(), side * s.dot(p));
-        // Too near to parallel for f32 to tell: then either sign of the determinant.
+        // Too nearly parallel for f32: the determinant may have either sign.
         let parallel = det <= 2.0 * det_rounding;
         let most = (det + det_rounding) * (1.0 + EDGE_TOLERANCE);
         let least = if parallel { -most } else { -EDGE_TOLERANCE * (det + det_rounding) };
@@ -162,7 +162,7 @@ impl Facet {
 /// Bounds of a right answer, per channel.
 type Bounds = [DVec3; 2];
 
-/// How many rays were held against the oracle, and what came of it.
+/// The number of rays compared with the oracle, and their results.
 #[derive(Debug, Default)]
 pub struct Tally {
     rays: usize,
@@ -194,7 +194,7 @@ pub struct Oracle {
     scene: Scene,
     textures: Textures,
     pub facets: Vec<Facet>,
-    /// How far off texture coordinates may be, and decoded colours.
+    /// The errors of texture coordinates and of decoded colours.
     filtering: f32,
     decoding: f64,
 }
@@ -221,7 +221,7 @@ impl Oracle {
         let within = |p: DVec3| p.min_element() > 0.0 && p.max_element() < edge;
         assert!(facets.iter().all(|f| [DVec2::ZERO, DVec2::X, DVec2::Y].iter().all(|&uv| within(f.at(uv)))));
         let (filtering, decoding) = if context.is_cpu { (0.0, DECODING) } else { (FILTERING, GPU_DECODING) };
-        Self { textures: Textures::of(&scene, &scene.materials), scene, facets, filtering, decoding }
+        Self { textures: Textures::of_materials(&scene, &scene.materials), scene, facets, filtering, decoding }
     }
 
     pub fn check(&self, ray: &Ray, nearest: &Found, shadow: &Found) -> Tally {
@@ -254,7 +254,7 @@ impl Oracle {
         tally
     }
 
-    /// Whether what was found is right, and whether that is the only right answer.
+    /// Whether the found hit is right, and whether it is the only right answer.
     fn nearest_is_right(&self, least: f64, d: DVec3, all: &[(&Facet, Crossing)], found: &Found) -> (bool, bool) {
         let certain = all.iter().filter(|(f, c)| c.inside && c.t - c.t_rounding > least && self.presence(f, c)[0]);
         let nearest = certain.map(|(_, c)| c.t + c.t_rounding).fold(f64::INFINITY, f64::min);
@@ -274,7 +274,7 @@ impl Oracle {
         (right, answers == 1)
     }
 
-    /// Which side was met, whether it is dark, and what passes the triangle.
+    /// Which side was met, whether it is dark, and the share of light that passes the triangle.
     fn sides_are_right(&self, facet: &Facet, d: DVec3, crossing: &Crossing, found: &Found) -> bool {
         let cosine = facet.normal.dot(d);
         let (back, dark) = (found.sides & 1 != 0, found.sides & 2 != 0);
@@ -285,7 +285,7 @@ impl Oracle {
         side && light && dark == (back && !self.scene.materials[facet.material].double_sided)
     }
 
-    /// Share of the light that passes a triangle: what rounding of the point and of a mask's cutoff may make of it.
+    /// Share of the light that passes a triangle, within the rounding of the point and of a mask's cutoff.
     fn through(&self, facet: &Facet, crossing: &Crossing) -> Bounds {
         let material = &self.scene.materials[facet.material];
         if material.alpha == Alpha::Opaque && material.transmission == 0.0 {
@@ -302,7 +302,7 @@ impl Oracle {
         bounds
     }
 
-    /// Whether a mask leaves something of a triangle there: for certain, and within rounding.
+    /// Whether a mask keeps the triangle there: certainly, and within rounding.
     fn presence(&self, facet: &Facet, crossing: &Crossing) -> [bool; 2] {
         if !matches!(self.scene.materials[facet.material].alpha, Alpha::Mask(_)) {
             return [true; 2];
@@ -311,13 +311,13 @@ impl Oracle {
         [present.iter().all(|present| *present), present.contains(&true)]
     }
 
-    /// Surfaces that a triangle's material may give there: all that rounding of the point, of texels and of a mask's
-    /// cutoff may make of it.
+    /// Surfaces that a triangle's material may give there, within the rounding of the point, of texels and of a mask's
+    /// cutoff.
     fn surfaces(&self, facet: &Facet, crossing: &Crossing) -> impl Iterator<Item = SurfaceParams> {
         let material = &self.scene.materials[facet.material];
         let mut cutoffs = vec![material.clone()];
         if let Alpha::Mask(cutoff) = material.alpha {
-            // The shader takes what is short of it by 10⁻⁵ as equal.
+            // The shader treats differences up to 10⁻⁵ as equal.
             cutoffs.push(Material { alpha: Alpha::Mask(cutoff - 1.2e-5), ..material.clone() });
         }
         let corners = [DVec2::ZERO, DVec2::ONE, DVec2::NEG_ONE, DVec2::new(1.0, -1.0), DVec2::new(-1.0, 1.0)];
@@ -363,8 +363,8 @@ impl Oracle {
     }
 }
 
-/// Whether rounding may move a crossing from one voxel to the next. A surface within rounding of the plane between two is
-/// listed in one of them, and its hit may count for the other: shadow rays then pass as if it were not there.
+/// Whether rounding may move a crossing from one voxel to the next. A surface within rounding of the plane between two
+/// voxels is listed in one of them, and its hit may count for the other: shadow rays then pass it.
 fn straddles(origin: DVec3, d: DVec3, c: &Crossing) -> bool {
     let slack = c.t_rounding + QUOTIENT_ROUNDING * (1.0 + c.t.abs());
     let [near, far] = [c.t - slack, c.t + slack].map(|t| origin + d * t);

@@ -44,7 +44,7 @@ impl TestImage {
         }
     }
 
-    /// A buffer with texels of one number each.
+    /// A buffer of texels with one number each.
     pub fn upload(host: &Host, texels: &[f32]) -> Self {
         let this = Self::readback(host, 4 * texels.len() as u32);
         unsafe {
@@ -56,7 +56,8 @@ impl TestImage {
         this
     }
 
-    /// Records that it is copied to a level of a layer of an image, which then is in the layout of transfers' targets.
+    /// Records a copy of this buffer to a level of a layer of an image, which then has the layout of a transfer's
+    /// destination.
     #[allow(clippy::too_many_arguments, reason = "Vulkan describes a copy by as many parts")]
     pub fn copy_to(
         &self,
@@ -98,7 +99,7 @@ impl TestImage {
         }
     }
 
-    /// Records that a level of a layer of an image, as large as `size`, is copied here for the CPU.
+    /// Records a copy of a level of a layer of an image of size `size` to this buffer, for the CPU.
     #[allow(clippy::too_many_arguments, reason = "Vulkan describes a copy by as many parts")]
     pub fn copy(
         &self,
@@ -125,7 +126,7 @@ impl TestImage {
         }
     }
 
-    /// The copied values, once the copy was waited for.
+    /// The copied values, after the wait for the copy.
     pub fn read<T: bytemuck::Pod>(&self, host: &Host) -> Vec<T> {
         unsafe {
             let flags = vk::MemoryMapFlags::empty();

@@ -24,21 +24,21 @@ pub struct Host {
     instance: ash::Instance,
     messenger: vk::DebugUtilsMessengerEXT,
     messages: Box<Mutex<Vec<String>>>,
-    /// Dropped last: the functions come from its library.
+    /// Dropped last, because the functions come from its library.
     entry: ash::Entry,
 }
 
 impl Host {
     pub fn new() -> Self {
-        Self::of(vk::API_VERSION_1_3)
+        Self::of_version(vk::API_VERSION_1_3)
     }
 
-    /// With an instance of that version.
-    pub fn of(version: u32) -> Self {
+    /// As [`Self::new`], with an instance of this version.
+    pub fn of_version(version: u32) -> Self {
         Self::with(version, required_features())
     }
 
-    /// With a device of these features.
+    /// As [`Self::new`], with a device of these features.
     pub fn enabling(features: Features) -> Self {
         Self::with(vk::API_VERSION_1_3, features)
     }
@@ -88,7 +88,7 @@ impl Host {
         }
     }
 
-    /// A context over the host's objects; `change` takes some of them away.
+    /// A context over the host's objects; `change` leaves some of them out.
     pub fn adopt(&self, change: impl FnOnce(&mut HostDevice<'_>)) -> twobounce::Result<Arc<Context>> {
         let extensions = required_extensions(self.version);
         let mut host = HostDevice {
@@ -109,12 +109,12 @@ impl Host {
         unsafe { Context::adopt(host) }
     }
 
-    /// Names of what its device lacks.
+    /// Names of the requirements that its device lacks.
     pub fn missing(&self) -> Vec<String> {
         self.missing_with(self.version)
     }
 
-    /// As [`Self::missing`], had the instance been made with that version.
+    /// As [`Self::missing`], for an instance of this version.
     pub fn missing_with(&self, version: u32) -> Vec<String> {
         // SAFETY: the handle comes from this instance.
         unsafe { twobounce::vk::missing(&self.instance, version, self.physical) }
@@ -125,12 +125,13 @@ impl Host {
         memory.memory_types_as_slice().to_vec()
     }
 
-    /// Messages of the validation layer so far, which are then forgotten.
+    /// Messages of the validation layer since the last call.
     pub fn take_messages(&self) -> Vec<String> {
         std::mem::take(&mut *self.messages.lock().unwrap())
     }
 
-    /// Destroys everything; any message of the validation layer until then fails, such as one about what was left over.
+    /// Destroys everything; any message of the validation layer until then fails, for example about an object that
+    /// still exists.
     pub fn close(mut self) {
         unsafe {
             self.device.destroy_pipeline_cache(self.pipeline_cache, None);
@@ -160,7 +161,7 @@ unsafe fn instance(entry: &ash::Entry, version: u32) -> ash::Instance {
     unsafe { entry.create_instance(&info, None) }.expect("an instance with the validation layer")
 }
 
-/// As a context would choose: the variable `TWOBOUNCE_DEVICE`, else the first device.
+/// The device that a context would choose: the variable `TWOBOUNCE_DEVICE`, else the first device.
 unsafe fn physical(instance: &ash::Instance) -> vk::PhysicalDevice {
     let all = unsafe { instance.enumerate_physical_devices() }.expect("devices");
     let wanted = std::env::var("TWOBOUNCE_DEVICE").unwrap_or_default();
@@ -199,14 +200,14 @@ unsafe extern "system" fn on_message(
 }
 
 /// One of a host's frames in flight.
-pub struct Frame {
+pub struct HostFrame {
     device: ash::Device,
     pool: vk::CommandPool,
     pub commands: vk::CommandBuffer,
     fence: vk::Fence,
 }
 
-impl Frame {
+impl HostFrame {
     pub fn new(host: &Host) -> Self {
         let device = host.device.clone();
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(host.family);
@@ -220,7 +221,7 @@ impl Frame {
         }
     }
 
-    /// Until the device is done with what was submitted last, if anything was.
+    /// Waits until the device has finished the last submission, if there is one.
     pub fn wait(&self) {
         unsafe { self.device.wait_for_fences(&[self.fence], true, u64::MAX) }.expect("a frame");
     }
@@ -243,7 +244,7 @@ impl Frame {
     }
 }
 
-impl Drop for Frame {
+impl Drop for HostFrame {
     fn drop(&mut self) {
         self.wait();
         unsafe {

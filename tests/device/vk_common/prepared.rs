@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 use twobounce::ash::vk;
-use twobounce::host::{Aov, Context, Counters, Growth, HostImage, ImageUse, Layers, Output, Prepare, Prepared, Seen};
+use twobounce::host::{Aov, Context, Counters, Growth, HostImage, ImageUse, Layers, Output, Prepare, Prepared, Shot};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::{LightKind, Material, Mesh, Pose, Scene, View};
 use twobounce::settings::Settings;
 
 use super::images::TestImage;
-use super::{Frame, Host};
+use super::{Host, HostFrame};
 
 pub const SIZE: (u32, u32) = (24, 16);
 
@@ -34,15 +34,15 @@ pub fn settings(changes: &[&str]) -> Settings {
     settings
 }
 
-/// A host, what it prepared, and one frame.
+/// A host, its prepared scene, and one frame.
 pub struct Setup {
     pub prepared: Prepared,
     pub context: Arc<Context>,
-    pub frame: Frame,
+    pub frame: HostFrame,
     pub scene: Scene,
     pub pose: Pose,
     pub host: Host,
-    /// Of [`Self::given_light`]: which of the passes over an image.
+    /// Which pass over an image [`Self::given_light`] renders.
     pub pass: u32,
 }
 
@@ -53,7 +53,7 @@ impl Setup {
         let pose = scene.pose(None, 0.0);
         let prepare = Prepare { layers: layers.to_vec(), ..Prepare::new(SIZE, scene.bounds(None)) };
         let prepared = Prepared::new(&context, &scene, &pose, settings, &prepare).expect("it fits");
-        Self { prepared, context, frame: Frame::new(&host), scene, pose, host, pass: 0 }
+        Self { prepared, context, frame: HostFrame::new(&host), scene, pose, host, pass: 0 }
     }
 
     /// As [`Prepared::poll`] of slot 0.
@@ -68,13 +68,13 @@ impl Setup {
         unsafe { self.prepared.counters(0) }
     }
 
-    /// As [`Prepared::grow`]; it fits.
+    /// As [`Prepared::grow`]; fails if the lists do not fit.
     pub fn grow(&mut self, growth: Growth) {
         // SAFETY: every frame is waited for.
         unsafe { self.prepared.grow(growth) }.expect("it fits");
     }
 
-    /// As [`Prepared::change`] with the same scene; it fits.
+    /// As [`Prepared::change`] with the same scene; fails if it does not fit.
     pub fn change(&mut self, settings: &Settings, prepare: &Prepare) {
         // SAFETY: every frame is waited for.
         unsafe { self.prepared.change(&self.scene, settings, prepare) }.expect("it fits");
@@ -86,7 +86,7 @@ impl Setup {
         self.frame.begin();
         // SAFETY: the frame was waited for, and so is this one.
         unsafe {
-            self.prepared.record(self.frame.commands, 0, &Seen::new(&self.scene, &self.pose, &view), outputs);
+            self.prepared.record(self.frame.commands, 0, &Shot::new(&self.scene, &self.pose, &view), outputs);
         }
         after(self.frame.commands);
         self.frame.submit(&self.host);
@@ -94,7 +94,7 @@ impl Setup {
         self.frame.wait();
     }
 
-    /// The texels of a layer, as the host copies them.
+    /// The texels of a layer, in the host's copy.
     pub fn texels(&mut self, layer: Aov) -> Vec<[f32; 4]> {
         let found = self.prepared.layer(layer).expect("prepared");
         let buffer = TestImage::readback(&self.host, SIZE.0 * SIZE.1 * 16);
@@ -107,8 +107,8 @@ impl Setup {
         texels
     }
 
-    /// Direct and indirect light of a frame's own surfaces: its layers go to images of the host, and come back as its inputs.
-    /// `material`: roughness, metallic and specular where the base colour is so; Lambertian ones without it.
+    /// Direct and indirect light of a frame's own surfaces: its layers go to images of the host, and return as its
+    /// inputs. `material`: roughness, metallic and specular for a base colour; surfaces are Lambertian without it.
     pub fn given_light(&mut self, material: Option<&dyn Fn([f32; 4]) -> [f32; 3]>) -> [Vec<[f32; 4]>; 2] {
         let formats = [vk::Format::R32_SFLOAT, vk::Format::R16G16B16A16_SFLOAT, vk::Format::R32G32B32A32_SFLOAT];
         let formats = formats.into_iter().chain([vk::Format::R32G32B32A32_SFLOAT; 3]);
@@ -157,7 +157,7 @@ impl Setup {
         self.frame.begin();
         // SAFETY: the frame was waited for, and so is this one.
         unsafe {
-            let seen = Seen { image: Some(self.pass), ..Seen::new(&self.scene, &self.pose, &view) };
+            let seen = Shot { image: Some(self.pass), ..Shot::new(&self.scene, &self.pose, &view) };
             self.prepared.record_given(self.frame.commands, 0, &seen, &inputs, &lights);
         }
         for (i, buffer) in buffers.iter().enumerate() {
@@ -178,7 +178,7 @@ impl Setup {
     }
 }
 
-/// Layers that a renderer of its own draws.
+/// The layers of a separate renderer.
 pub fn rendered(setup: &Setup, settings: &Settings, aovs: &[Aov], size: (u32, u32)) -> Layers {
     let options = RenderOptions { aovs: aovs.to_vec(), ..RenderOptions::new(size, setup.scene.bounds(None)) };
     let scene = setup.scene.clone();

@@ -1,5 +1,5 @@
-//! Compressed files (`compressed/make.mjs` made them): each holds the same knot as the plain one, within its
-//! quantisation, and however damaged it is one sentence or a valid scene.
+//! Compressed files (`compressed/make.mjs` made them): each holds the knot of the plain file, within its quantisation;
+//! a damaged one gives an error of one sentence or a valid scene.
 
 use std::path::PathBuf;
 
@@ -47,11 +47,11 @@ fn corners(scene: &Scene, time: f32) -> Vec<Corner> {
     corners
 }
 
-/// How far positions, in metres, normals, uvs and colours may be off.
+/// The largest errors of positions, in metres, normals, uvs and colours.
 #[derive(Clone, Copy)]
 struct Within(f64, f32, f32, f32);
 
-/// Compressors order triangles and vertices anew: every corner of either scene must be one of the other's.
+/// Compressors reorder triangles and vertices: every corner of either scene must be a corner of the other.
 fn assert_alike(name: &str, [a, b]: [&[Corner]; 2], within: Within) {
     assert_eq!(a.len(), b.len(), "{name}");
     let alike = |a: &Corner, b: &Corner| {
@@ -79,7 +79,8 @@ fn assert_alike(name: &str, [a, b]: [&[Corner]; 2], within: Within) {
     assert!((area(a) / area(b) - 1.0).abs() < 1e-3, "{name}: areas {} and {}", area(a), area(b));
 }
 
-/// Positions of 14 bits over 7 m, or of 14 bits of mantissa; normals of 8 or 10 bits; uvs of 12 bits over 6; 8-bit colours.
+/// Positions of 14 bits over 7 m, or of 14 bits of mantissa; normals of 8 or 10 bits; uvs of 12 bits over 6; 8-bit
+/// colours.
 const MESHOPT: Within = Within(6e-4, 0.02, 2e-3, 0.01);
 
 #[test]
@@ -95,7 +96,7 @@ fn meshopt_files_hold_the_plain_files_knot() {
     }
 }
 
-/// Three instances whose places, turns and sizes are compressed too.
+/// Three instances whose compressed places, rotations and sizes are read.
 #[test]
 fn an_instanced_file_holds_the_plain_files_knots() {
     let (plain, scene) = (load("knot.glb"), load("knot-instanced.glb"));
@@ -134,7 +135,7 @@ fn a_draco_stream_without_attributes_is_read() {
     assert_eq!(mesh.positions, [Vec3::Y, Vec3::ZERO, Vec3::X], "without normals every corner is a vertex");
 }
 
-/// Replaces the value at a JSON pointer of a file; it must be refused with these words.
+/// Replaces the value at a JSON pointer of a file, which must then be refused with these words.
 fn refused(name: &str, pointer: &str, value: &Value, expected: &str) {
     let (mut json, binary) = split(&std::fs::read(path(name)).unwrap());
     *json.pointer_mut(pointer).unwrap_or_else(|| panic!("no {pointer}")) = value.clone();
@@ -172,7 +173,7 @@ fn wrong_values_of_draco_primitives_are_refused_by_name() {
     refused("knot-draco-edgebreaker.glb", stream, &json!({}), &format!("{what}, but how is not stated"));
 }
 
-/// A whole file whose plain buffer is named as a fallback that is not there.
+/// A valid file whose plain buffer is named as a missing fallback.
 #[test]
 fn a_fallback_buffer_is_not_read() {
     let (mut json, binary) = split(&std::fs::read(path("knot-meshopt-ext.glb")).unwrap());
@@ -220,7 +221,7 @@ fn split(glb: &[u8]) -> (Value, Vec<u8>) {
     (serde_json::from_slice(&glb[20..end]).unwrap(), glb[end + 8..end + 8 + word(end)].to_vec())
 }
 
-/// Bits flip, bytes change and ends are missing, in the bytes that decoders read.
+/// Flipped bits, changed bytes and missing ends, in the bytes that decoders read.
 #[test]
 fn damaged_files_are_one_sentence_or_a_valid_scene() {
     let mut random = Random(7);
@@ -245,7 +246,7 @@ fn damaged_files_are_one_sentence_or_a_valid_scene() {
     }
 }
 
-/// Numbers that extensions state, and the accessors and views beside them, may be anything.
+/// Random numbers in extensions, and in the accessors and views beside them.
 #[test]
 fn every_number_of_compressed_documents_may_be_anything() {
     for name in ["knot-instanced.glb", "knot-meshopt-khr.glb", "knot-draco-sequential.glb"] {

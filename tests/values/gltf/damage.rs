@@ -1,4 +1,5 @@
-//! Damaged and malicious files: a message of one sentence with the file's name, no panic, no long run, no large allocation.
+//! Damaged and malicious files: a message of one sentence with the file's name, no panic, no long run, no large
+//! allocation.
 
 use std::ops::Range;
 use std::path::Path;
@@ -65,7 +66,7 @@ pub fn check(outcome: Result<Scene, String>) {
     }
 }
 
-/// Changes up to four bytes: bits flip, bytes become others. `part`: of which bytes, anew for each.
+/// Changes up to four bytes: flipped bits, other values. `part` chooses the range of bytes for each change.
 pub fn change_bytes(random: &mut Random, bytes: &mut [u8], part: impl Fn(&mut Random) -> Range<usize>) {
     for _ in 0..=random.below(4) {
         let part = part(random);
@@ -250,11 +251,11 @@ fn declared_sizes_without_data_allocate_nothing() {
     let mut file = File::triangle();
     file.json["accessors"][0] = json!({"componentType": F32, "type": "VEC3", "count": 4_000_000_000u64});
     refused(&file, "declares 4000000000 elements without data");
-    // Each takes a millisecond; four billion elements would take minutes and more memory than there is.
+    // Each file takes a millisecond; four billion elements would take minutes and more memory than the machine has.
     assert!(start.elapsed() < Duration::from_secs(20));
 }
 
-/// Every kind of content is held against the limit, and a limit that the small file needs is enough.
+/// Every kind of content counts towards the limit, and the limit that a small file needs is enough for it.
 #[test]
 fn a_limit_of_memory_names_what_takes_most() {
     let refusal = |file: &File, bytes: u64| {
@@ -271,7 +272,7 @@ fn a_limit_of_memory_names_what_takes_most() {
     let texels = png(256, 256, &[0; 4 << 16]);
     let texture = file.texture(&texels);
     file.material(json!({"emissiveTexture": {"index": texture}, "normalTexture": {"index": texture}}));
-    // 65536 texels: 4 bytes, 12 for each of two colour spaces, and 12 on their way.
+    // 65536 texels: 4 bytes, 12 for each of two colour spaces, and 12 during the upload.
     assert!(refusal(&file, 5 * mebi / 2).unwrap().contains("65540 texels"));
     assert_eq!(refusal(&file, 11 * mebi / 4), None);
     let mut file = everything();
@@ -291,7 +292,7 @@ fn a_limit_on_the_device_counts_mip_chains_alone() {
         Scene::load(&path, &LoadOptions { texture_memory, ..LoadOptions::default() })
     };
     assert!(load(6 << 16).is_ok());
-    // Occlusion textures stay off the device, and so do materials that nothing has.
+    // Occlusion textures stay off the device, and so do materials without a mesh.
     let slot = json!({"index": texture});
     file.material(json!({"emissiveTexture": slot, "occlusionTexture": slot}));
     file.push("materials", json!({"normalTexture": slot}));
@@ -330,7 +331,7 @@ fn every_truncation_is_survived() {
 /// Numbers that often break loaders.
 const EXTREMES: [f64; 10] = [-1.0, 0.0, 0.5, 1.0, 255.0, 65536.0, 4294967295.0, 1.8446744073709552e19, 1e-300, 1e300];
 
-/// Replaces every number of a document in turn, of those whose JSON pointers `chosen` takes, by each of `extremes`.
+/// Replaces in turn every number of a document whose JSON pointer `chosen` accepts by each of `extremes`.
 pub fn replace_numbers(original: &File, extremes: &[f64], chosen: impl Fn(&str) -> bool) {
     fn numbers(value: &Value, path: String, out: &mut Vec<String>) {
         match value {

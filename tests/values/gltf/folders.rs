@@ -1,4 +1,4 @@
-//! A scene reads files of its own folder, and of one that the user names, whatever its addresses say.
+//! A scene reads files of its own folder, and of one that the user names, whatever its URIs say.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ fn paths_outside_the_folder_of_the_scene_are_refused() {
         file.json["buffers"][0]["uri"] = json!(uri);
         refused(&file, expected);
     }
-    // A file that is there, outside of the folder: buffers and images, by dots, by an absolute address, by a link.
+    // An existing file outside of the folder: buffers and images, by dots, by an absolute path, by a link.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("inner/scene.gltf");
     std::fs::create_dir_all(path.with_file_name("x")).unwrap();
@@ -67,14 +67,15 @@ fn paths_outside_the_folder_of_the_scene_are_refused() {
                 sentence.contains("outside the folder of the scene") && sentence.contains("--assets DIR"),
                 "{sentence}"
             );
-            // A folder that the user names may be read; the secret is no image, so that images still fail, but otherwise.
+            // The scene may read a folder that the user names; the file is no image, so that images fail all the same,
+            // but with another message.
             match load(Some(folder.path())) {
                 Ok(triangles) => assert!(!of_image && triangles == 1),
                 Err(sentence) => assert!(of_image && !sentence.contains("outside the folder"), "{uri}: {sentence}"),
             }
         }
     }
-    // Nor is it told whether such a file exists.
+    // The message does not tell either whether such a file exists.
     let mut file = File::triangle();
     file.json["buffers"][0]["uri"] = json!("../none.bin");
     refused(&file, "lies outside the folder of the scene");

@@ -1,4 +1,4 @@
-//! EXT_mesh_gpu_instancing: where instances stand, what moves them, and what is refused.
+//! EXT_mesh_gpu_instancing: positions of instances, their motion, and refusals.
 
 use super::files::{File, write};
 use glam::DVec3;
@@ -6,7 +6,7 @@ use serde_json::json;
 use twobounce::memory::Limit;
 use twobounce::scene::{LoadOptions, Scene};
 
-/// Four instances by translation, rotation and scale, at a node that is itself moved.
+/// Four instances by translation, rotation and scale, at a node with a transform of its own.
 fn instanced() -> File {
     let mut file = File::triangle();
     let translations = file.floats("VEC3", &[0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 4.0]);
@@ -39,7 +39,7 @@ fn instances_stand_where_their_attributes_say() {
         // Twice as large, turned by a quarter about z, moved by 2 in x.
         [at(12.0, 2.0, 0.0), at(10.0, 0.0, 0.0)],
         [at(11.0, 3.0, 0.0), at(10.0, 2.0, 0.0)],
-        // A rotation without a direction is none.
+        // A rotation of zero length counts as none.
         [at(11.0, 0.0, 4.0), at(10.0, 1.0, 4.0)],
     ];
     assert_eq!(ends(&scene), expected);
@@ -59,7 +59,7 @@ fn instances_stand_where_their_attributes_say() {
     assert_eq!(ends(&file.scene()), [[at(11.0, 0.0, 0.0), at(10.0, 1.0, 0.0)]]);
 }
 
-/// A motion of the node moves its instances, and a mesh shown elsewhere too stays one mesh.
+/// A motion of the node moves its instances, and a mesh that another node shows too stays one mesh.
 #[test]
 fn instances_follow_their_node() {
     let mut file = instanced();
@@ -86,7 +86,10 @@ fn wrong_instances_are_refused_by_name() {
     let broken = file.floats("VEC3", &[f32::NAN; 12]);
     for (value, expected) in [
         (json!({"TRANSLATION": 99}), "accessor 99 is used but does not exist"),
-        (json!({"TRANSLATION": "x"}), "node 0 has EXT_mesh_gpu_instancing with TRANSLATION that is no index"),
+        (
+            json!({"TRANSLATION": "x"}),
+            "node 0 has EXT_mesh_gpu_instancing with TRANSLATION that is no accessor's index",
+        ),
         (json!({"TRANSLATION": 1, "SCALE": three}), "with attributes of different lengths"),
         (json!({"TRANSLATION": broken}), "with a transform that is not finite (instance 0)"),
         (json!({"TRANSLATION": 2}), "does not fit its use"),
@@ -97,7 +100,7 @@ fn wrong_instances_are_refused_by_name() {
     }
 }
 
-/// Each instance is counted before the first is made: accessors without data hold millions in a few bytes.
+/// Instances are counted before the first is made: accessors without data hold millions in a few bytes.
 #[test]
 fn many_instances_are_refused_by_what_they_need() {
     let mut file = instanced();

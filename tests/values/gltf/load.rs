@@ -225,7 +225,7 @@ fn generated_bitangents_point_up_the_image() {
     file.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(uvs);
     assert_eq!(file.scene().meshes[0].tangents, [Vec4::new(-1.0, 0.0, 0.0, -1.0); 4]);
 
-    // The file's own are kept.
+    // The file's own tangents are kept.
     let tangents = file.floats("VEC4", &[0.0, 1.0, 0.0, -1.0].repeat(4));
     file.json["meshes"][0]["primitives"][0]["attributes"]["TANGENT"] = json!(tangents);
     assert_eq!(file.scene().meshes[0].tangents, [Vec4::new(0.0, 1.0, 0.0, -1.0); 4]);
@@ -263,7 +263,7 @@ fn animated_weights_morph_the_nodes_own_mesh() {
         (file.floats("VEC3", &[0.0, 0.0, 4.0].repeat(3)), file.floats("VEC3", &[2.0, 0.0, 0.0].repeat(3)));
     file.json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": up}, {"POSITION": right}]);
     file.json["meshes"][0]["weights"] = json!([0.25, 0.0]);
-    // Of two nodes with the mesh an animation morphs one.
+    // An animation morphs one of two nodes with the mesh.
     file.node(json!({"mesh": 0}));
     let (times, weights) = (file.floats("SCALAR", &[0.0, 2.0]), file.floats("SCALAR", &[0.0, 1.0, 1.0, 0.0]));
     file.push(

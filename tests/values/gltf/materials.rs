@@ -1,4 +1,4 @@
-//! Materials of glTF 2.0 and their extensions: every factor and texture slot, and what is refused or lowered.
+//! Materials of glTF 2.0 and their extensions: every factor and texture slot, refusals, and clamped values.
 
 use super::files::{File, png};
 use glam::{Vec2, Vec3, Vec4};
@@ -70,7 +70,7 @@ fn every_finish_is_read() {
     assert_eq!(sets, [1, 1, 0, 1, 1, 1, 1, 1, 1, 1]);
     let srgb = f.slots().map(|(_, space)| space == twobounce::scene::texture::ColorSpace::Srgb);
     assert_eq!(srgb, [false, false, false, true, false, false, false, false, false, true]);
-    // Tangents were made: the quad has none, and something reads them.
+    // Tangents were generated: the quad has none, and its material needs them.
     assert!(scene.meshes[0].tangents.iter().all(|t| t.truncate().is_normalized()));
 }
 
@@ -123,7 +123,8 @@ fn texture_transforms_follow_the_extensions_example() {
     }
 }
 
-/// A converted material looks as the extension states: the diffuse colour, the reflectance head on, the roughness.
+/// A converted material has the extension's appearance: the diffuse colour, the reflectance at normal incidence, the
+/// roughness.
 #[test]
 fn specular_and_glossiness_are_converted() {
     let material = |extension: serde_json::Value| {
@@ -153,7 +154,7 @@ fn specular_and_glossiness_are_converted() {
 #[test]
 fn textures_of_specular_and_glossiness_are_converted() {
     let mut file = File::quad();
-    // Specular (250, 10, 20), glossiness 0 and 1, of one texture that two materials read by factors of their own.
+    // Specular (250, 10, 20), glossiness 0 and 1, in one texture that two materials read with factors of their own.
     let texture = file.texture(&png(2, 1, &[250, 10, 20, 0, 250, 10, 20, 255]));
     let diffuse = file.texture(&png(1, 1, &[9, 8, 7, 6]));
     for glossiness in [1.0, 0.5] {
@@ -174,7 +175,7 @@ fn textures_of_specular_and_glossiness_are_converted() {
     // Roughness is green: 1 − factor · alpha.
     assert_eq!(image(first.metallic_roughness_texture), [0, 255, 0, 255, 0, 0, 0, 255]);
     assert_eq!(image(second.metallic_roughness_texture), [0, 255, 0, 255, 0, 128, 0, 255]);
-    // Without its image a material has its factors alone.
+    // Without its image a material has only its factors.
     file.json["images"][0] = json!({"uri": "none.png"});
     let scene = file.scene();
     assert_eq!([1, 2].map(|i| scene.materials[i].roughness), [0.0, 0.5]);
@@ -235,7 +236,7 @@ fn a_third_set_in_one_material_gets_a_note() {
         "normalTexture": slot(3), "emissiveTexture": slot(1)}));
     let scene = file.scene();
     assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
-    let note = "material 0 reads more than two sets of texture coordinates; its textures on set 1 lie as set 2 says";
+    let note = "material 0 uses more than two sets of texture coordinates; its textures on set 1 are placed by set 2";
     assert!(scene.warnings[0].starts_with(note), "{:?}", scene.warnings);
     assert_eq!([0, 1].map(|set| scene.meshes[0].uvs[set][0].x), [2.0, 3.0]);
 }

@@ -1,4 +1,4 @@
-//! Nodes of glTF 2.0: transforms, hierarchies, scenes, and what hides them.
+//! Nodes of glTF 2.0: transforms, hierarchies, scenes, and visibility.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -61,7 +61,7 @@ fn scenes_are_chosen_by_name_index_or_default() {
     assert!(scene.warnings[0].contains("no scene"));
 }
 
-/// KHR_node_visibility hides meshes and lights at a node and below it, and neither cameras nor joints.
+/// KHR_node_visibility hides meshes and lights at a node and below it, but neither cameras nor joints.
 #[test]
 fn hidden_nodes_show_nothing() {
     let hidden = json!({"KHR_node_visibility": {"visible": false}});
@@ -72,7 +72,7 @@ fn hidden_nodes_show_nothing() {
     file.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}}));
     let light = json!({"KHR_lights_punctual": {"light": 0}});
     let lamp = file.push("nodes", json!({"extensions": light}));
-    // A shown node below a hidden node is hidden.
+    // A visible node below a hidden node is hidden.
     let child = file.push("nodes", json!({"mesh": 0, "camera": 0, "extensions": shown, "children": [lamp]}));
     let parent = file.node(json!({"children": [child], "extensions": hidden}));
     let instanced = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}, "KHR_node_visibility": {"visible": false}});

@@ -7,7 +7,7 @@ use super::files::{File, png, write};
 use crate::random::Random;
 use serde_json::json;
 use twobounce::memory::Limit;
-use twobounce::scene::{Image, LoadOptions, Scene};
+use twobounce::scene::{LoadOptions, Scene, TextureImage};
 
 const PNG: &[u8] = include_bytes!("compressed/fading.png");
 const WEBP: &[u8] = include_bytes!("compressed/fading.webp");
@@ -17,7 +17,7 @@ const UASTC_ZSTD: &[u8] = include_bytes!("compressed/fading-uastc-zstd.ktx2");
 
 const BASISU: &str = "KHR_texture_basisu";
 
-/// A quad whose texture names an image of these bytes by the extension alone.
+/// A quad whose texture names an image of these bytes only by the extension.
 fn textured(extension: &str, bytes: &[u8]) -> File {
     let mut file = File::quad();
     let view = file.view(bytes);
@@ -35,14 +35,14 @@ fn strictly(file: &File) -> Result<Scene, String> {
 }
 
 /// The only image of a file that loads without a note.
-fn image(extension: &str, bytes: &[u8]) -> Image {
+fn image(extension: &str, bytes: &[u8]) -> TextureImage {
     let mut scene = strictly(&textured(extension, bytes)).unwrap();
     assert_eq!((scene.warnings.len(), scene.images.len()), (0, 1));
     scene.images.remove(0)
 }
 
 /// The square root of the mean squared difference of all bytes.
-fn difference(a: &Image, b: &Image) -> f64 {
+fn difference(a: &TextureImage, b: &TextureImage) -> f64 {
     assert_eq!((a.width, a.height, a.rgba.len()), (b.width, b.height, b.rgba.len()));
     let squared = |(a, b): (&u8, &u8)| f64::from(i32::from(*a) - i32::from(*b)).powi(2);
     (a.rgba.iter().zip(&b.rgba).map(squared).sum::<f64>() / a.rgba.len() as f64).sqrt()
@@ -55,7 +55,7 @@ fn webp_holds_the_plain_image() {
     assert_eq!(image("EXT_texture_webp", WEBP).rgba, plain.rgba);
 }
 
-/// The hashes are those of what Basis Universal's own transcoder makes of the files (FNV-1a of 64 bits).
+/// The hashes are those of the output of Basis Universal's own transcoder (FNV-1a of 64 bits).
 #[test]
 fn ktx_2_holds_the_plain_image_and_the_reference_transcoders_bytes() {
     let plain = image(BASISU, PNG);
@@ -72,7 +72,7 @@ fn ktx_2_holds_the_plain_image_and_the_reference_transcoders_bytes() {
     }
 }
 
-/// The extension's image stands before the plain one, which readers without the extension see.
+/// The extension's image takes precedence over the plain one, which readers without the extension use.
 #[test]
 fn the_plain_image_is_a_fallback() {
     let mut file = textured(BASISU, UASTC);
@@ -197,7 +197,7 @@ fn plain_texels_of_ktx_2_are_read() {
         }
     }
     for (number, channels) in [(70, &[0][..]), (77, &[0, 1]), (84, &[0, 1, 2]), (91, &[0, 1, 2, 3])] {
-        // 257 times a byte is the same share of 65535.
+        // 257 times a byte is an equal share of 65535.
         let wide: Vec<u8> = texels(channels).iter().flat_map(|b| [*b, *b]).collect();
         let (image, warnings) = plain_image(&plain_ktx2(number, 2, &wide, &[])).unwrap();
         assert_eq!((image, warnings.len()), (shown(channels), 1), "{warnings:?}");
@@ -254,7 +254,7 @@ fn damaged_plain_texels_of_ktx_2_get_a_note() {
     assert!(plain_image(&wide).unwrap_err().contains("has more than 16384 texels a side"));
 }
 
-/// A header that states 16,384² texels over a few bytes of zstd: counted before anything is made of it.
+/// A header that states 16,384² texels over a few bytes of zstd: the memory is counted before the image is decoded.
 #[test]
 fn a_large_size_in_a_small_file_is_refused_by_what_it_needs() {
     let mut bytes = UASTC_ZSTD.to_vec();
@@ -272,7 +272,7 @@ fn a_large_size_in_a_small_file_is_refused_by_what_it_needs() {
     assert!(sentence.contains("has more than 16384 texels a side"), "{sentence}");
 }
 
-/// Bits flip, bytes change and ends are missing: a note, a sentence or an image.
+/// Flipped bits, changed bytes and missing ends: each gives a note, an error or an image.
 #[test]
 fn damaged_ktx_2_is_survived() {
     let mut random = Random(3);
@@ -280,7 +280,7 @@ fn damaged_ktx_2_is_survived() {
         let mut unread = 0;
         for _ in 0..1000 {
             let mut bytes = whole.to_vec();
-            // Headers more often than the rest.
+            // Headers are damaged more often than the rest.
             let part = |random: &mut Random| 0..if random.below(3) == 0 { 104 } else { whole.len() };
             change_bytes(&mut random, &mut bytes, part);
             if random.below(8) == 0 {

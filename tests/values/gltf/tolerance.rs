@@ -1,4 +1,5 @@
-//! Files that are not whole or not strictly valid, and load all the same: what is left out is said, and `strict` refuses it.
+//! Files that are incomplete or not strictly valid, and load nevertheless: a note names the omitted part, and `strict`
+//! refuses the file.
 
 use super::files::{F32, File, U8, load_bytes, png, write};
 use serde_json::{Value, json};
@@ -62,7 +63,7 @@ fn a_texture_that_cannot_be_read_is_left_out_with_a_note() {
     }
 }
 
-/// An image whose header is whole and whose rows are not.
+/// An image with a valid header and damaged rows.
 #[test]
 fn a_half_image_is_left_out_as_if_it_were_not_named() {
     let noise: Vec<u8> = (0..64 * 64 * 4u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
@@ -153,7 +154,8 @@ fn file_uris_name_files_on_this_machine() {
     let mut file = File::triangle();
     std::fs::write(elsewhere.path().join("a b.bin"), &file.binary).unwrap();
     let folder = elsewhere.path().to_str().unwrap();
-    // The user lets the scene read that folder: `paths_outside_the_folder_of_the_scene_are_refused` shows what happens otherwise.
+    // The user lets the scene read that folder: `paths_outside_the_folder_of_the_scene_are_refused` checks the other
+    // case.
     let options = LoadOptions { assets: Some(elsewhere.path().to_owned()), ..LoadOptions::default() };
     let mut load = |uri: String| {
         file.json["buffers"][0]["uri"] = json!(uri);
@@ -186,7 +188,7 @@ fn a_mesh_with_a_skin_is_loaded_for_each_node_and_none_is_noted() {
     assert_eq!((scene.instances.len(), scene.deformers.len(), scene.warnings.len()), (4, 3, 0));
 }
 
-/// Data URIs as exporters and text editors leave them.
+/// Data URIs in the forms of exporters and text editors.
 #[test]
 fn data_uris_may_be_broken_into_lines_and_percent_encoded() {
     const PLAIN: &str = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAPg8";
@@ -208,7 +210,7 @@ fn data_uris_may_be_broken_into_lines_and_percent_encoded() {
     ] {
         assert_eq!(with(&uri).as_ref(), Ok(&plain), "{uri}");
     }
-    // 0xfb 0xff…: both letters that percent-encoding is for.
+    // 0xfb 0xff… has both letters that percent-encoding replaces.
     let odd = |text: &str| with(&format!("data:;base64,{text}{}", "A".repeat(44))).unwrap()[0].x.to_bits();
     for text in ["+/8B", "%2B%2f8B", "-_8B", "%2B/\n8B"] {
         assert_eq!(odd(text) & 0xff_ffff, 0x01_fffb, "{text}");
@@ -218,7 +220,7 @@ fn data_uris_may_be_broken_into_lines_and_percent_encoded() {
     }
 }
 
-/// Zeros where the format has spaces; text behind them is damage.
+/// Zeros where the format has spaces; text after them is damage.
 #[test]
 fn json_may_end_in_zeros() {
     let glb = |padding: &[u8]| {

@@ -1,5 +1,5 @@
-//! Equirectangular maps and images of other programs: every kind of Radiance's headers and of OpenEXR's channels gives the radiance that
-//! it means. `make.py` made the files, with OpenEXR's own library.
+//! Equirectangular maps and images of other programs: every kind of Radiance's headers and of OpenEXR's channels gives
+//! the radiance that it states. `make.py` made the files, with OpenEXR's own library.
 
 use exr::math::Vec2;
 use exr::meta::attribute::Chromaticities;
@@ -14,7 +14,7 @@ use twobounce::scene::sky;
 const ABOVE: Vec3 = Vec3::new(1.0, 0.5, 0.25);
 const BELOW: Vec3 = Vec3::new(0.25, 0.5, 1.0);
 
-/// The notes, and the radiance of a map's rows, of which each is even.
+/// The notes, and the radiance of a map's rows, each of which is uniform.
 fn rows(header: &str, size: &str, texels: &[[u8; 4]]) -> Result<(Vec<Vec<Vec3>>, Vec<String>), String> {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("map.hdr");
@@ -53,11 +53,11 @@ fn every_header_of_radiance_gives_the_radiance_that_it_means() {
     }
     for odd in ["EXPOSURE=0", "EXPOSURE=bright", "COLORCORR=1 2", "GAMMA=2.2", "PRIMARIES=0 0 0 0 0 0 0 0"] {
         let (rows, notes) = by_rows(&format!("#?RADIANCE\n{odd}\n")).unwrap();
-        assert_eq!((rows, notes), (shown(Vec3::ONE), vec![format!("map.hdr: {odd} in its header was not heeded")]));
+        assert_eq!((rows, notes), (shown(Vec3::ONE), vec![format!("map.hdr: {odd} in its header was ignored")]));
     }
 }
 
-/// A grey of the file's own white is grey in Rec. 709, with the luminance of the file's.
+/// A grey of the file's own white is grey in Rec. 709, with its luminance in the file.
 #[test]
 fn other_primaries_of_radiance_become_rec_709() {
     let grey = [[64, 64, 64, 129]; 8];
@@ -71,7 +71,7 @@ fn other_primaries_of_radiance_become_rec_709() {
         );
         assert_eq!(notes.len(), 0, "{notes:?}");
     }
-    // Rec. 2020's green, by ITU-R BT.2087; what is below 0 is mended, and said.
+    // Rec. 2020's green, by ITU-R BT.2087; negative values become 0, with a note.
     let green = [[0, 128, 0, 129]; 8];
     let (rows, notes) =
         rows("#?RADIANCE\nPRIMARIES=.708 .292 .17 .797 .131 .046 .3127 .329\n", "-Y 2 +X 4", &green).unwrap();
@@ -119,10 +119,10 @@ fn odd_headers_of_radiance_are_refused_in_a_sentence() {
     }
 }
 
-/// The files' luminance and chroma, as `make.py` has them: linear chroma, so that what is between its samples is known.
+/// The files' luminance and chroma, as in `make.py`: chroma is linear, so that values between its samples are known.
 fn expected(x: usize, y: usize, sampling: usize) -> Vec3 {
     let luminance = 0.5 + 0.25 * x as f32 + 0.125 * (y % 3) as f32;
-    // Nothing is known behind the last sample.
+    // There is no sample after the last one.
     let (x, y) = (x.min(12 - sampling) as f32, y.min(40 - sampling) as f32);
     let (ry, by) = (0.0625 * x - 0.03125 * y, 0.03125 * y - 0.0625 * x);
     let (r, b) = ((ry + 1.0) * luminance, (by + 1.0) * luminance);
@@ -155,7 +155,7 @@ fn luminance_and_chroma_of_openexr_are_colours() {
     assert!(refusal.contains("of fewer samples than pixels"), "{refusal}");
 }
 
-/// A part of two by one pixels with such channels.
+/// A part of two by one pixels with these channels.
 fn part(name: &str, channels: &[(&str, [f32; 2])]) -> Layer<AnyChannels<FlatSamples>> {
     let channel = |(name, samples): &(&str, [f32; 2])| AnyChannel::new(*name, FlatSamples::F32(samples.to_vec()));
     let channels = AnyChannels::sort(channels.iter().map(channel).collect());

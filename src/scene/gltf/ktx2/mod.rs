@@ -1,8 +1,8 @@
 //! Images in KTX 2 containers: KHR_texture_basisu's ETC1S (BasisLZ) or UASTC, plain or with zstd, and plain texels
 //! (`plain`).
 //!
-//! The container's header and index are read here (KTX File Format 2.0, sections 3 to 5), and everything that they
-//! state is held against the file before the crate `basisu` decodes the largest level. Smaller levels are made anew.
+//! The container's header and index are read here (KTX File Format 2.0, sections 3 to 5) and checked against the file.
+//! Then the crate `basisu` decodes the largest level. Smaller levels are generated.
 
 mod plain;
 
@@ -23,13 +23,13 @@ const ZLIB: u32 = 3;
 /// Bytes of the header, and of an entry of the index of levels after it.
 const HEADER: usize = 80;
 const LEVEL: usize = 24;
-/// Where the header says where key/value data are.
+/// Position of the offset and length of the key/value data in the header.
 const KEY_VALUES: Range<usize> = 56..64;
-/// Bytes of the start of BasisLZ's global data, and of each level's entry after it (5.1).
+/// Bytes at the start of BasisLZ's global data, and of each following entry of a level (5.1).
 const GLOBAL: usize = 20;
-/// Bytes that a frame of zstd may look back in any case: what the format recommends that decoders support.
+/// The window that a frame of zstd may use in any case: the size that the format recommends decoders to support.
 const WINDOW_MAX: u64 = 8 << 20;
-/// Bytes of a data format descriptor with one sample, and with a second one, for alpha.
+/// Bytes of a data format descriptor with one sample, and with a second one for alpha.
 const DESCRIPTORS: [usize; 2] = [44, 60];
 
 /// Whether `bytes` are a KTX 2 file.
@@ -38,12 +38,12 @@ pub fn is_ktx2(bytes: &[u8]) -> bool {
 }
 
 /// The size of the largest level in texels.
-/// The error is the end of a sentence, for what is in none of these formats, and for parts that end outside the file.
+/// The error is the end of a sentence, for unsupported formats and for parts outside the file.
 pub fn size(bytes: &[u8]) -> Result<(u32, u32), &'static str> {
     let header = bytes.get(..HEADER).ok_or("ends within its header")?;
     let [format, width, height, depth] = [12, 20, 24, 28].map(|at| word(header, at));
     let [layers, faces, levels, scheme] = [32, 36, 40, 44].map(|at| word(header, at));
-    // Plain texels without levels say that a reader makes them; it has the largest one.
+    // Plain texels without levels ask the reader to generate them; the file has the largest one.
     let levels = if format != 0 && levels == 0 { 1 } else { levels };
     if width == 0 || height == 0 || depth != 0 || layers > 1 || faces != 1 || !(1..=16).contains(&levels) {
         return Err("is no image of two dimensions");
@@ -60,7 +60,7 @@ pub fn size(bytes: &[u8]) -> Result<(u32, u32), &'static str> {
     let blocks = u64::from(width.div_ceil(4)) * u64::from(height.div_ceil(4));
     let fits = match (descriptor[12], scheme) {
         (UASTC, NONE) => level.len() as u64 >= 16 * blocks,
-        // As many bytes are taken as the index states.
+        // The decoder gets as many bytes as the index states.
         (UASTC, ZSTD) => {
             if window(level).is_some_and(|window| window > WINDOW_MAX.max(16 * blocks)) {
                 return Err("has a largest level that asks for more memory than it holds");
@@ -78,8 +78,7 @@ pub fn size(bytes: &[u8]) -> Result<(u32, u32), &'static str> {
     if fits { Ok((width, height)) } else { Err("has a largest level of another size than its header states") }
 }
 
-/// How many bytes back a frame of zstd may look, which decoders keep (RFC 8878, 3.1.1.1); `None` where that is its
-/// whole content.
+/// The window of a zstd frame, which decoders must keep (RFC 8878, 3.1.1.1); `None` if it is the whole content.
 fn window(frame: &[u8]) -> Option<u64> {
     let (descriptor, window) = (*frame.get(4)?, *frame.get(5)?);
     let single_segment = descriptor & 0x20 != 0;
@@ -100,13 +99,13 @@ fn slices_fit(global: &[u8], level: &[u8], levels: usize, with_alpha: bool) -> O
 
 /// The largest level of a file whose [`size`] is known, in plain texels.
 /// The error is the end of a sentence, for other formats.
-fn plain_level(bytes: &[u8]) -> Result<plain::Level<'_>, &'static str> {
+fn plain_level(bytes: &[u8]) -> Result<plain::PlainLevel<'_>, &'static str> {
     let [number, width, height, scheme] = [12, 20, 24, 44].map(|at| word(bytes, at));
     let format = plain::format(number).ok_or("holds texels that are not of 8 or 16 bits a channel")?;
     let index = &bytes[HEADER..];
     let level = part(bytes, long(index, 0), long(index, 8)).ok_or("ends within its largest level")?;
     let (width, height) = (width as usize, height as usize);
-    Ok(plain::Level { format, width, height, scheme, bytes: level, stated: long(index, 16) })
+    Ok(plain::PlainLevel { format, width, height, scheme, bytes: level, stated: long(index, 16) })
 }
 
 /// The largest level: 8-bit RGBA, rows from the top, 4 · width · height bytes of the [`size`]; and whether it has 16
@@ -116,10 +115,10 @@ pub fn decode(bytes: &[u8]) -> Result<(Vec<u8>, bool), &'static str> {
     if word(bytes, 12) != 0 {
         let level = plain_level(bytes)?;
         let data = part(bytes, word(bytes, KEY_VALUES.start).into(), word(bytes, KEY_VALUES.start + 4).into());
-        let shown = plain::Shown::parse(data.unwrap_or_default());
+        let shown = plain::DisplayForm::parse(data.unwrap_or_default());
         return Ok((level.rgba(&shown)?, level.is_deep()));
     }
-    // Key/value data say nothing that is used, and basisu 0.1.0 reads on past damaged ones.
+    // Key/value data are not used, and basisu 0.1.0 reads beyond damaged ones.
     let mut bytes = bytes.to_vec();
     bytes[KEY_VALUES].fill(0);
     let image = Transcoder::new(&bytes).map_err(|_| "has damaged tables")?;
@@ -128,7 +127,7 @@ pub fn decode(bytes: &[u8]) -> Result<(Vec<u8>, bool), &'static str> {
     Ok((rgba, false))
 }
 
-/// A part of a file; `None` where it ends outside.
+/// A part of a file; `None` if it extends outside.
 fn part(bytes: &[u8], at: u64, length: u64) -> Option<&[u8]> {
     bytes.get(usize::try_from(at).ok()?..usize::try_from(at.checked_add(length)?).ok()?)
 }

@@ -1,4 +1,4 @@
-//! Plain texels of 8 or 16 bits a channel (KTX File Format 2.0, 3.1: `vkFormat`), as they are or compressed by zstd or
+//! Plain texels of 8 or 16 bits a channel (KTX File Format 2.0, 3.1: `vkFormat`), uncompressed or compressed by zstd or
 //! zlib.
 
 use std::borrow::Cow;
@@ -13,14 +13,15 @@ pub struct Format {
     bytes: usize,
 }
 
-/// The format of Vulkan's number; `None` for other numbers than 8 or 16 bits that stand for 0 to 1, and for blocks.
+/// The format with Vulkan's number; `None` unless it has channels of 8 or 16 bits that represent 0 to 1, without
+/// blocks.
 pub fn format(number: u32) -> Option<Format> {
     let (channels, bytes) = match number {
         9 | 15 => ("r", 1),
         16 | 22 => ("rg", 1),
         23 | 29 => ("rgb", 1),
         30 | 36 => ("bgr", 1),
-        // The second pair is packed: its lowest byte is red.
+        // The second pair is packed: red is its lowest byte.
         37 | 43 | 51 | 57 => ("rgba", 1),
         44 | 50 => ("bgra", 1),
         70 => ("r", 2),
@@ -33,25 +34,25 @@ pub fn format(number: u32) -> Option<Format> {
 }
 
 /// Input of the decoder: one level of plain texels.
-pub struct Level<'a> {
+pub struct PlainLevel<'a> {
     pub format: Format,
     pub width: usize,
     pub height: usize,
     pub scheme: u32,
-    /// As it is stored.
+    /// The stored bytes.
     pub bytes: &'a [u8],
-    /// Bytes that the index states of the uncompressed level.
+    /// The size in bytes of the uncompressed level, as stated by the index.
     pub stated: u64,
 }
 
-/// How key/value data say that texels are shown (3.11): which channel of the file each of four is, or 0 or 1, and
-/// whether columns begin on the right and rows below.
-pub struct Shown {
+/// The display of texels according to the key/value data (3.11): the source of each channel, which is a channel of the
+/// file or 0 or 1, and whether columns begin on the right and rows at the bottom.
+pub struct DisplayForm {
     pub swizzle: [u8; 4],
     pub mirrored: [bool; 2],
 }
 
-impl Level<'_> {
+impl PlainLevel<'_> {
     fn stride(&self) -> usize {
         self.format.channels.len() * self.format.bytes
     }
@@ -60,7 +61,7 @@ impl Level<'_> {
         self.width.saturating_mul(self.height).saturating_mul(self.stride())
     }
 
-    /// Refuses a level that is not as large as its texels are.
+    /// Refuses a level whose size does not match its texels.
     /// The error is the end of a sentence.
     pub fn check(&self) -> Result<(), &'static str> {
         let (size, largest_window) = (self.size() as u64, WINDOW_MAX.max(self.size() as u64));
@@ -75,7 +76,7 @@ impl Level<'_> {
         if fits { Ok(()) } else { Err("has a largest level of another size than its header states") }
     }
 
-    /// As they are in memory; `None` for damaged data.
+    /// The uncompressed texels; `None` for damaged data.
     fn texels(&self) -> Option<Cow<'_, [u8]>> {
         let texels = match self.scheme {
             ZSTD => {
@@ -91,12 +92,12 @@ impl Level<'_> {
         Some(texels.into())
     }
 
-    /// 8-bit RGBA, rows from the top, 16 bits rounded.
+    /// 8-bit RGBA, rows from the top; 16 bits are rounded.
     /// The error is the end of a sentence, for damaged data.
-    pub fn rgba(&self, shown: &Shown) -> Result<Vec<u8>, &'static str> {
+    pub fn rgba(&self, shown: &DisplayForm) -> Result<Vec<u8>, &'static str> {
         let texels = self.texels().ok_or("has a damaged largest level")?;
         let Format { channels, bytes } = self.format;
-        // Where each of the four is in a texel; what the file has not is dark and opaque.
+        // The place of each channel in a texel. Missing colours are 0, and missing alpha is 1.
         let places = shown.swizzle.map(|name| channels.bytes().position(|channel| channel == name));
         let absent = shown.swizzle.map(|name| if matches!(name, b'1' | b'a') { 255 } else { 0 });
         let value = |texel: &[u8], place: usize| match bytes {
@@ -119,13 +120,13 @@ impl Level<'_> {
         Ok(rgba)
     }
 
-    /// Whether bits are lost.
+    /// Whether the conversion to 8 bits loses precision.
     pub fn is_deep(&self) -> bool {
         self.format.bytes > 1
     }
 }
 
-/// So many bytes of a decoder, which says how many it put there; `None` where it ends before.
+/// Exactly `size` bytes from a decoder, which returns how many it wrote; `None` if it ends before.
 fn filled(size: usize, mut read: impl FnMut(&mut [u8]) -> Option<usize>) -> Option<Vec<u8>> {
     let (mut bytes, mut count) = (vec![0; size], 0);
     while count < size {
@@ -134,8 +135,8 @@ fn filled(size: usize, mut read: impl FnMut(&mut [u8]) -> Option<usize>) -> Opti
     Some(bytes)
 }
 
-impl Shown {
-    /// Reads key/value data; what is damaged or unknown says nothing.
+impl DisplayForm {
+    /// Reads key/value data; damaged or unknown entries are ignored.
     pub fn parse(mut data: &[u8]) -> Self {
         let mut shown = Self { swizzle: *b"rgba", mirrored: [false; 2] };
         while let Some((length, rest)) = data.split_at_checked(4) {

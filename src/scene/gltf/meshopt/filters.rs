@@ -1,11 +1,11 @@
-//! Filters (appendix B): each element, as it was decoded, becomes what accessors read.
+//! Filters (appendix B), which convert each decoded element to the form that accessors read.
 //!
-//! Elements outside the ranges that the extension allows give unspecified numbers, as there, and no error: what reads
-//! them checks them.
+//! Elements outside the ranges that the extension allows give unspecified numbers, as the extension says, and no error:
+//! the reader of the elements checks them.
 
 use std::f32::consts::FRAC_1_SQRT_2;
 
-/// Replaces every element of `N` numbers of `B` bytes each.
+/// Replaces every element of `N` numbers with `B` bytes each.
 fn for_each<const B: usize, const N: usize>(bytes: &mut [u8], replace: impl Fn([[u8; B]; N]) -> [[u8; B]; N]) {
     for element in bytes.chunks_exact_mut(N * B) {
         let read = std::array::from_fn(|i| std::array::from_fn(|j| element[B * i + j]));
@@ -13,7 +13,7 @@ fn for_each<const B: usize, const N: usize>(bytes: &mut [u8], replace: impl Fn([
     }
 }
 
-/// Unit vectors on an octahedron, of 8 bits; the fourth number stays.
+/// Octahedral filter for unit vectors of 8 bits per component; the fourth number stays.
 pub fn octahedral_8(bytes: &mut [u8]) {
     for_each(bytes, |[x, y, one, w]| {
         let [x, y, z] = octahedral([x, y, one].map(|b| f32::from(i8::from_le_bytes(b))), 127.0);
@@ -29,7 +29,7 @@ pub fn octahedral_16(bytes: &mut [u8]) {
     });
 }
 
-/// `one` stands for 1 in what is read, `max` in the result.
+/// `one` represents 1 in the input, and `max` in the result.
 fn octahedral([x, y, one]: [f32; 3], max: f32) -> [f32; 3] {
     let (x, y) = (x / one, y / one);
     let z = 1.0 - x.abs() - y.abs();
@@ -40,7 +40,7 @@ fn octahedral([x, y, one]: [f32; 3], max: f32) -> [f32; 3] {
     [x, y, z].map(|v| (v / length * max).round())
 }
 
-/// Unit quaternions without their largest component, whose number the lowest two bits of the last number give.
+/// Unit quaternions without their largest component. Its number is in the lowest two bits of the last number.
 pub fn quaternion(bytes: &mut [u8]) {
     for_each(bytes, |element| {
         let [x, y, z, last] = element.map(i16::from_le_bytes);
@@ -55,8 +55,8 @@ pub fn quaternion(bytes: &mut [u8]) {
     });
 }
 
-/// Floats: a signed exponent in the highest 8 bits, a signed mantissa in the others. Exact, also where f32 has no power
-/// of two.
+/// Floats from a signed exponent in the highest 8 bits and a signed mantissa in the others. The result is exact, even
+/// if the power of two does not exist in f32.
 pub fn exponential(bytes: &mut [u8]) {
     for_each(bytes, |[number]| {
         let number = i32::from_le_bytes(number);
@@ -65,7 +65,7 @@ pub fn exponential(bytes: &mut [u8]) {
     });
 }
 
-/// Colours as luma, two chromas and alpha, of 8 bits.
+/// Colours as luma, two chromas and alpha, with 8 bits per component.
 pub fn color_8(bytes: &mut [u8]) {
     for_each(bytes, |[y, co, cg, a]| {
         let chroma = |b| i32::from(i8::from_le_bytes(b));
@@ -83,7 +83,8 @@ pub fn color_16(bytes: &mut [u8]) {
     });
 }
 
-/// Alpha has one bit less than the others, below a bit that says how many there are. `max` stands for 1 in the result.
+/// Alpha has one bit less than the other components, below a bit that marks their number of bits. `max` represents 1 in
+/// the result.
 fn color([y, co, cg, a]: [i32; 4], max: f32) -> [f32; 4] {
     let one = (1 << (a.checked_ilog2().unwrap_or(0) + 1)) - 1;
     let alpha = a & (one >> 1);

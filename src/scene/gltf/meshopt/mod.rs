@@ -1,9 +1,9 @@
 //! EXT_meshopt_compression and KHR_meshopt_compression: buffer views whose content is compressed.
 //!
 //! The crate `meshoptimizer-rs` decodes the streams (KHR_meshopt_compression, appendix A), in Rust without unsafe code.
-//! Before it makes room for a stated count it checks that the stream can hold so many. The filters (appendix B) are
-//! here, because the crate refuses elements outside the ranges that the extension allows, which files have where no
-//! triangle uses a vertex.
+//! Before it allocates memory for a stated count, it checks that the stream can hold as many elements. The filters
+//! (appendix B) are implemented here, because the crate refuses elements outside the ranges that the extension allows,
+//! which files have for unused vertices.
 
 mod filters;
 
@@ -25,7 +25,7 @@ pub const NAMES: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compressio
 /// Description of a fault in a stream, as the end of a sentence.
 type Damage = &'static str;
 
-/// Decodes so many elements of so many bytes.
+/// Decodes a number of elements of a number of bytes each.
 type Decoder = fn(usize, usize, &[u8], &mut Workspace) -> Result<Vec<u8>, meshoptimizer_rs::Error>;
 
 /// The extension's object at a buffer view.
@@ -36,24 +36,24 @@ struct Compressed {
     #[serde(default)]
     byte_offset: usize,
     byte_length: usize,
-    /// Bytes of an element.
+    /// Bytes per element.
     byte_stride: usize,
-    /// Elements.
+    /// The number of elements.
     count: usize,
     mode: String,
     #[serde(default)]
     filter: Option<String>,
 }
 
-/// The content of every buffer view that is compressed; `None` for the others. `need` gets their sizes before they are
-/// made. The error is a sentence that names the buffer view, for sizes that are excluded or not allowed, and for
-/// damaged streams.
+/// The content of every compressed buffer view; `None` for the others. `need` counts their sizes before they are
+/// allocated. The error is a sentence that names the buffer view, for sizes that are not allowed and for damaged
+/// streams.
 pub fn decode(
     document: &Document,
     buffers: &[Option<Vec<u8>>],
     need: &mut Need,
 ) -> Result<Vec<Option<Vec<u8>>>, Problem> {
-    let found = document.buffer_views.iter().enumerate().map(|(index, view)| Compressed::of(index, view));
+    let found = document.buffer_views.iter().enumerate().map(|(index, view)| Compressed::of_view(index, view));
     let found = found.collect::<Result<Vec<_>, Problem>>()?;
     for compressed in found.iter().flatten() {
         need.add(Kind::Bytes, (compressed.count as u64).saturating_mul(compressed.byte_stride as u64), 1);
@@ -69,7 +69,7 @@ pub fn decode(
     found.into_par_iter().enumerate().map(decode).collect()
 }
 
-/// Whether a buffer only stands in for readers without the extension.
+/// Whether a buffer is only a fallback for readers without the extension.
 pub fn is_fallback(buffer: &Buffer) -> bool {
     let extensions = buffer.extensions.as_ref();
     let states = |name| extensions.and_then(|e| e.others.get(name)).and_then(|e| e.get("fallback"));
@@ -77,7 +77,7 @@ pub fn is_fallback(buffer: &Buffer) -> bool {
 }
 
 impl Compressed {
-    fn of(index: usize, view: &View) -> Result<Option<Self>, Problem> {
+    fn of_view(index: usize, view: &View) -> Result<Option<Self>, Problem> {
         let extensions = view.extensions.as_ref();
         let stated = NAMES.into_iter().find_map(|name| extensions.and_then(|e| e.others.get(name)));
         let Some(stated) = stated else { return Ok(None) };
@@ -89,8 +89,7 @@ impl Compressed {
         Ok(Some(found))
     }
 
-    /// Checks what the extension demands of an object. The view's own length is not compared with it: nothing depends
-    /// on that.
+    /// Checks the requirements of the extension. The view's own length is ignored, because nothing depends on it.
     fn check(&self) -> Result<(), String> {
         let Self { byte_stride: stride, count, .. } = *self;
         let filter = self.filter.as_deref().unwrap_or("NONE");
@@ -114,7 +113,7 @@ impl Compressed {
         Err(format!("but mode {mode} with filter {filter} cannot hold {count} elements of {stride} bytes"))
     }
 
-    /// The stream.
+    /// The bytes of the stream.
     fn bytes<'b>(&self, buffers: &'b [Option<Vec<u8>>]) -> Result<&'b [u8], Problem> {
         let number = self.buffer;
         let buffer = buffers.get(number).ok_or_else(|| missing("buffer", number))?;
@@ -134,9 +133,9 @@ impl Compressed {
         if !bytes.first().is_some_and(|version| versions.contains(version)) {
             return Err("are of an unknown version");
         }
-        // The size was checked against the memory that is allowed before.
+        // The size was checked against the memory limit before.
         let limits = Limits { max_bytes: usize::MAX, max_work: u64::MAX };
-        // Indices of 16 bits are decoded to 32: the decoder cuts off what does not fit, as damaged streams have it.
+        // Indices of 16 bits are decoded to 32 bits, because the decoder truncates larger ones in damaged streams.
         let is_short = stride == 2 && self.mode != "ATTRIBUTES";
         let decoded = decode(count, if is_short { 4 } else { stride }, bytes, &mut Workspace::new(limits));
         let damage = "are damaged, or too few or too many for what is stated";

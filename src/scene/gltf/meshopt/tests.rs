@@ -1,5 +1,5 @@
-//! The decoders against streams of meshoptimizer's encoder and what its own decoder makes of them
-//! (`tests/values/gltf/compressed/make.mjs`), and against damaged ones.
+//! Tests of the decoders with streams of meshoptimizer's encoder, against the results of its own decoder
+//! (`tests/values/gltf/compressed/make.mjs`), and with damaged streams.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::Compressed;
 
-/// All streams: how each is compressed, its bytes, and what is known of its content.
+/// All streams: the kind of compression, the bytes, and the known properties of the content.
 fn streams() -> Vec<(Compressed, Vec<u8>, Value)> {
     let text = include_str!("../../../../tests/values/gltf/compressed/streams.json");
     let list: Vec<Value> = serde_json::from_str(text).unwrap();
@@ -47,11 +47,12 @@ fn streams_of_the_reference_encoder_give_its_decoders_bytes() {
         }
         seen.insert((mode, filter, bytes[0]));
     }
-    // Both versions of the vertex codec, both of indices, and every filter.
+    // The streams cover both versions of the vertex codec, both of indices, and every filter.
     assert_eq!(seen.len(), 8, "{seen:?}");
 }
 
-/// Bits flip, bytes change, streams end early or go on: never a panic, and never other sizes than were stated.
+/// Bits flip, bytes change, and streams end early or late. The decoder never panics and never returns other sizes than
+/// stated.
 #[test]
 fn damaged_streams_are_decoded_to_the_stated_size_or_refused() {
     let mut state = 1u64;

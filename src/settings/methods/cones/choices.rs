@@ -1,4 +1,4 @@
-//! The settings of the method that are one of a few words.
+//! Settings of the method with a closed list of named values.
 
 pub use crate::settings::Form;
 use crate::settings::choices;
@@ -11,53 +11,54 @@ choices! {
         G48 = "g48", G64 = "g64", G128 = "g128",
     }
 
-    /// How a voxel's triangles fill its seven level-0 targets.
+    /// The rule by which a voxel's triangles fill its seven values.
     Fill {
-        /// The average of the shaded fronts in all seven, alpha 1. The slides can be read so.
+        /// All seven get the average of the shaded fronts, with alpha 1. This is one reading of the slides.
         Uniform = "uniform",
-        /// Each side of a triangle goes to the faces that look at it, weighted by |n|.
+        /// Each side of a triangle contributes to the faces that it looks at, weighted by |n|.
         Facing = "facing",
-        /// Alpha is the clipped triangle's projected area over the voxel's face area.
+        /// As `facing`, with alpha as the clipped triangle's projected area over the face area of the voxel.
         Coverage = "coverage",
-        /// As coverage, but sides that send nothing do not block: backs of single-sided triangles, dark backs of
+        /// As `coverage`, but sides without light do not block: backs of single-sided triangles, and dark backs of
         /// others.
         Sided = "sided",
-        /// The front of a triangle goes to the three faces that see it, weighted by |n|, and nothing behind it; sums
-        /// over the number of triangles. The author's later engine does so (PasVulkan, 2023).
+        /// The front of a triangle contributes to the three faces that see it, weighted by |n|, and its back to none;
+        /// sums are divided by the number of triangles. The later engine of the talk's author does this (PasVulkan,
+        /// 2023).
         Front = "front",
     }
 
-    /// How three directional volumes are mixed along a cone's direction d.
+    /// The mix of the three directional volumes along a cone's direction d.
     Weights { D2 = "d2", Norm1 = "norm1", Abs = "abs", Extinction = "extinction" }
 
-    /// How a cone's samples are composited.
+    /// The compositing of a cone's samples.
     Blend {
-        /// Front hides back.
+        /// Nearer samples hide farther ones.
         Over = "over",
-        /// Alphas add up to 1: exact for a wall read with linear filtering, at any phase.
+        /// Alphas add up to at most 1: exact for a wall that is read with linear filtering, at any phase.
         Sum = "sum",
     }
 
-    /// The talk's three maps from roughness to a cone's aperture (tangent of the half angle), and one of GGX.
+    /// The talk's three maps from roughness to a cone's aperture (tangent of the half angle), and one fitted to GGX.
     RoughnessFit {
-        /// The polynomial that the intro used: 47.5° at roughness 1.
+        /// The polynomial of the intro: 47.5° at roughness 1.
         Polynomial = "polynomial",
         /// The Phong-power fit: 41° at roughness 1.
         Power = "power",
         /// Linear in the angle: 67.5° at roughness 1.
         Linear = "linear",
-        /// As wide as half of GGX's lobe: 0.1° at roughness 0.03, 44° at roughness 1.
+        /// Half the width of GGX's lobe: 0.1° at roughness 0.03, 44° at roughness 1.
         Ggx = "ggx",
     }
 
-    /// A sampler's wrap; the talk does not state it.
+    /// The wrap mode of a sampler; the talk does not state it.
     Wrap {
         Clamp = "clamp",
         /// OpenGL's default.
         Repeat = "repeat",
     }
 
-    /// How a pass goes through a volume: the image is the same.
+    /// The implementation of passes over a volume; the image is the same.
     Passes {
         /// As in the talk: a fragment per voxel of the whole grid, a layer per slice; the second bounce voxelises
         /// again.
@@ -68,7 +69,7 @@ choices! {
 }
 
 impl ConeSet {
-    /// The number of directions of a cosine-distributed set; `None` for the talk's own.
+    /// The number of directions of a cosine-distributed set; `None` for the talk's sets.
     pub fn cosine_count(self) -> Option<u32> {
         self.name().strip_prefix('g').and_then(|count| count.parse().ok())
     }

@@ -1,4 +1,4 @@
-//! The table `[cones]`: the talk's variants, and the rows of its ledger.
+//! The settings `[cones]`: the talk's variants, and the rows of its ledger.
 
 pub mod choices;
 
@@ -7,14 +7,14 @@ use crate::vk::SamplerAddressMode;
 use choices::{Blend, ConeSet, Fill, Form, Passes, RoughnessFit, Weights, Wrap};
 
 table! {
-    /// The defaults are the preset `cones`: fill, weights and compositing changed together, so that a wall's alpha adds
-    /// up to 1 from every angle.
+    /// The defaults are those of the preset `cones`: fill, weights and compositing are chosen together, so that the
+    /// alpha of a wall adds up to 1 from every angle.
     Settings as "cones" {
         set: ConeSet = ConeSet::G16, in "set", names!(ConeSet);
         "diffuse cones around the normal: the talk's five sets, and cosine-distributed ones (g)";
         "the image's time grows with the number: ×2 from 1 to 5, ×1.7 to 6, ×5.7 to 16";
         fill: Fill = Fill::Sided, in "choice", names!(Fill);
-        "filling of a voxel's faces: uniform keeps energy, facing leaks less, coverage clips exactly, sided drops dark backs, front drops all backs, as the author's later engine does";
+        "filling of a voxel's faces: uniform keeps energy, facing leaks less, coverage clips exactly, sided drops dark backs, front all backs";
         "coverage and sided clip each listed triangle: more shading time";
         weights: Weights = Weights::Abs, in "choice", names!(Weights);
         "mix of the three facing volumes along a cone: d2, norm1 (both sum to 1), abs (brightens), extinction";
@@ -64,7 +64,7 @@ const DISTANCE: Range = Range::Number(0.0, 64.0);
 const MORE: &str = "no time; more: less self-light, less contact";
 
 table! {
-    /// Where cones start (D16, D19, D20, D23): along the normal, then along the cone.
+    /// The start of cones (D16, D19, D20, D23): along the normal, then along the cone.
     Start as "cones.start" {
         diffuse_normal: f32 = 1.0, in "voxels" rare, DISTANCE;
         "start of diffuse cones along the normal";
@@ -100,7 +100,7 @@ table! {
 }
 
 switches! {
-    /// The rows of `docs/notes/ledger.md` that change an image and are neither a choice nor a number above.
+    /// Rows of `docs/notes/ledger.md` that change an image and are neither a choice nor a number above.
     "cones.ledger", "see docs/notes/ledger.md";
     d1 1 "D1: which volumes the −x −y −z mips read",
     d2 2 "D2: the −y mip's fourth column",
@@ -149,14 +149,14 @@ impl Settings {
         }
     }
 
-    /// The preset `corrected`: the same, every row of the ledger right, and nothing else changed.
+    /// The preset `corrected`: `printed` with every row of the ledger corrected, and no other change.
     pub fn corrected() -> Self {
         let printed = Self::printed();
         let start = Start { shadow_end: Start::default().shadow_end, ..printed.start };
         Self { start, ledger: Ledger::default(), ..printed }
     }
 
-    /// Addressing beyond the cube (D11). Right: there is nothing.
+    /// Addressing beyond the cube (D11). In the corrected form there is no light outside.
     pub fn address_mode(&self) -> SamplerAddressMode {
         match (self.ledger.d11, self.wrap) {
             (Form::Right, _) => SamplerAddressMode::CLAMP_TO_BORDER,

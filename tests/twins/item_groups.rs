@@ -1,4 +1,4 @@
-//! Twin of the choice of what is lit: which triangles of a voxel's list are alike.
+//! Twin of the pass that groups items: the triangles of a voxel's list that are lit once for all.
 
 use std::collections::BTreeMap;
 
@@ -7,14 +7,15 @@ use glam::DVec3;
 /// One listed triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Listed {
-    /// Any length but 0.
+    /// The normal, of any length but 0.
     pub normal: DVec3,
     pub material: u32,
-    /// Whether it may be lit for others, and others for it: neither masked nor blended.
+    /// Whether the triangle may share light with others: it is neither masked nor blended.
     pub shares: bool,
 }
 
-/// Where `normal` meets the unit cube: the face it leaves through (±1 to ±3) and which third of it along the next two axes.
+/// The cell of the unit cube's surface that `normal` points to: its face (±1 to ±3), and its third along the next two
+/// axes.
 pub fn facing_cell(normal: DVec3) -> (i32, [i32; 2]) {
     let size = normal.abs();
     let axis = (0..3).rev().max_by(|&a, &b| size[a].total_cmp(&size[b])).expect("three axes");
@@ -31,8 +32,8 @@ pub fn facing_cell(normal: DVec3) -> (i32, [i32; 2]) {
     ((axis as i32 + 1) * normal[axis].signum() as i32, [third(1), third(2)])
 }
 
-/// The list in groups of which one is lit for all, as places in it: of each cell of directions the triangles with the lowest
-/// material are a group, all others stay alone.
+/// The list in groups, of which one item is lit for all, as indices into it: in each cell of directions the triangles
+/// with the lowest material are a group, all others stay alone.
 pub fn groups(list: &[Listed]) -> Vec<Vec<usize>> {
     let mut cells: BTreeMap<_, Vec<usize>> = BTreeMap::new();
     for (place, listed) in list.iter().enumerate() {

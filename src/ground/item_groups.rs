@@ -1,7 +1,7 @@
-//! Which list items are lit. Alike: of a voxel's triangles that have one material and face alike, the largest is lit
-//! for all. Split: an item whose part another surface cuts in two gets a twin, so that each of the two is lit by
-//! itself. Reads: lists, triangles, materials. Writes: item parts, lit items and their count, the twins among the list
-//! items. Twins: `tests/twins/alike.rs`, `tests/twins/split.rs`.
+//! Chooses the list items that are lit. Group: a voxel's triangles with one material and similar orientation form a
+//! group, and the largest one is lit for all. Split: an item that another surface cuts in two gets a twin, so that both
+//! sides of the cut are lit separately. Reads: lists, triangles, materials. Writes: item parts, lit items and their
+//! count, and the twins among the list items. Twins: `tests/twins/item_groups.rs`, `tests/twins/split.rs`.
 
 use std::sync::Arc;
 
@@ -12,19 +12,19 @@ use super::wants::Wants;
 use crate::Result;
 use crate::vk::{Bind, Compute, ComputeDesc, Constant, Context, Recorder, ZoneKind};
 
-pub struct Alike {
+pub struct ItemGroups {
     choose: Compute,
     split: Option<Compute>,
-    /// Asks for the light of all items, where it is made on demand.
+    /// The pass that requests the light of all items, for light on demand.
     ask_all: Option<Compute>,
 }
 
-impl Alike {
+impl ItemGroups {
     pub fn new(context: &Arc<Context>, constants: &[Constant], wants: &Wants) -> Result<Self> {
         let constants = &with(constants.to_vec(), &[("DEMAND", u32::from(wants.demand).into())]);
         let compute = |label, shader| Compute::new(context, &ComputeDesc { label, shader, constants });
         Ok(Self {
-            choose: compute("alike", "ground/alike.comp")?,
+            choose: compute("group", "ground/item_groups.comp")?,
             split: wants.split.then(|| compute("split", "ground/split.comp")).transpose()?,
             ask_all: wants.demand.then(|| compute("ask", "ground/ask_all.comp")).transpose()?,
         })
@@ -32,8 +32,8 @@ impl Alike {
 
     pub fn record(&self, recorder: &mut Recorder, ground: &Ground) {
         let lists = ground.base();
-        recorder.zone("alike", ZoneKind::Compute, lists.item_parts.bytes(), |r| {
-            r.full_barrier(); // the voxels are listed and counted, nothing is lit yet
+        recorder.zone("group", ZoneKind::Compute, lists.item_parts.bytes(), |r| {
+            r.full_barrier(); // the voxels are listed and counted, and nothing is lit yet
             let mut binds = ground.binds();
             binds.push(Bind::buffer("item_parts", &lists.item_parts));
             binds.push(Bind::buffer("lit_items", &lists.lit_items));
@@ -44,7 +44,7 @@ impl Alike {
         }
     }
 
-    /// Splits what is cut of the items in the list with that `entry` of the counts.
+    /// Splits those items of the list `entry` that another surface cuts.
     pub fn split(&self, recorder: &mut Recorder, ground: &Ground, entry: u32) {
         let (Some(split), lists) = (&self.split, ground.base()) else { return };
         let listed = if entry == SECOND_COUNTS { &lists.second_items } else { &lists.lit_items };
@@ -58,7 +58,7 @@ impl Alike {
         });
     }
 
-    /// Asks for the light of all items.
+    /// Requests the light of all items.
     pub fn ask_all(&self, recorder: &mut Recorder, ground: &Ground) {
         let (Some(ask_all), lists) = (&self.ask_all, ground.base()) else { return };
         recorder.zone("ask", ZoneKind::Compute, lists.asked_bytes(), |r| {

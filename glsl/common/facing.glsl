@@ -1,12 +1,12 @@
-// Which triangles face alike: cells of a cube's faces, a third of an edge each way. Within one, normals are at most 51°
-// apart, 16° on average. CPU twin: tests/twins/alike.rs.
+// Classes of triangle orientations: cells on the faces of a cube, a third of an edge in each direction. Normals in a
+// cell differ by at most 51°, and by 16° on average. CPU twin: tests/twins/item_groups.rs.
 
 #include "common/dominant_axis.glsl"
 
 const uint CELLS_PER_EDGE = 3u;
 const uint FACING_CELLS = 6u * CELLS_PER_EDGE * CELLS_PER_EDGE;
 
-// n: any length but 0.
+// `n` has any length except 0.
 uint facing_cell(vec3 n) {
     uint axis = dominant_axis(n);
     vec2 slope = across(n, axis) / abs(n[axis]);

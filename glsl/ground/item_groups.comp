@@ -1,14 +1,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Alike: of a voxel's triangles that have one material and face alike, the one with the largest part in it is lit for
-// all. A thread per occupied voxel; no outcome depends on a list's order. CPU twin: tests/twins/alike.rs.
+// Group: a voxel's triangles with one material and similar orientation form a group, and the item with the largest part
+// in the voxel is lit for all. A thread per occupied voxel; the result does not depend on the order of lists. CPU twin:
+// tests/twins/item_groups.rs.
 
 #define WRITES_HEADS
 #include "ground/constants.glsl"
 #include "common/triangle_box.glsl"
 #include "common/clip.glsl"
-#include "common/alike.glsl"
+#include "common/facing.glsl"
 #include "common/count.glsl"
 #include "ground/bindings.glsl"
 #include "ground/cells.glsl"
@@ -18,7 +19,7 @@
 layout(scalar) buffer ItemParts { ItemPart item_parts[]; };
 layout(scalar) writeonly buffer LitItems { uint lit_items[]; };
 
-// Items that are lit for a facing cell's triangles.
+// The items that are lit for each class of orientation.
 uint chosen[FACING_CELLS]; // item, 1-based; 0: none
 uint materials_of[FACING_CELLS];
 uint sources_of[FACING_CELLS];
@@ -32,7 +33,7 @@ float area_in(vec3 a, vec3 b, vec3 c, uint voxel) {
     return area;
 }
 
-// Where a mask cuts or blending mixes, each triangle has an opacity of its own.
+// With masks or blending, each triangle has its own opacity.
 bool shares(uint material) {
     COUNT(MATERIALS, 1u);
     return (materials[material].flags & (MATERIAL_MASK | MATERIAL_BLEND)) == 0u;
@@ -55,7 +56,7 @@ void choose(uint first, uint voxel) {
         uint cell = facing_cell(triangle_normal(a, b, c));
         uint material = triangles[triangle].material;
         uint source = triangles[triangle].source;
-        item_parts[item - 1u] = ItemPart(cell, area, source, 0u, 0u, 0u); // until it is known which item is lit for it
+        item_parts[item - 1u] = ItemPart(cell, area, source, 0u, 0u, 0u); // until the item that is lit for it is known
         bool same = chosen[cell] != 0u && material == materials_of[cell];
         bool better = chosen[cell] == 0u || material < materials_of[cell]
             || (same && (area > areas_of[cell] || (area == areas_of[cell] && source < sources_of[cell])));
@@ -78,7 +79,7 @@ void main() {
         uint last_lit = 0u; // 1-based
         for (uint item = first; item != 0u; item = list_items[item - 1u].next) {
             COUNT(LIST_ITEMS, 1u);
-            COUNT(WORDS, 2u); // where it faces, and its material
+            COUNT(WORDS, 2u); // its orientation and its material
             uint cell = item_parts[item - 1u].lit_by;
             uint material = triangles[list_items[item - 1u].triangle].material;
             bool alone = chosen[cell] == 0u || material != materials_of[cell] || !shares(material);

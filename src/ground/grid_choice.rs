@@ -1,4 +1,4 @@
-//! How far away things are about a camera, and how small voxels have to be there.
+//! Chooses smaller voxels around a camera, by the distance of the surfaces there.
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
@@ -8,16 +8,16 @@ use super::grid::Grid;
 use crate::scene::{Bounds, Instance, Pose, Projection, Scene, Still};
 use crate::settings::{Center, Settings};
 
-/// Of the way to what is about the camera, voxels take at most this share. A room in a landscape of a kilometre,
-/// `balanced`, all bounces, voxels of a half and of an eighth of the way: `rel` .119 and .082.
+/// The maximum edge of a voxel as a share of the distance to the surfaces around the camera. A room in a landscape of a
+/// kilometre (`balanced`, all bounces) has `rel` 0.119 with voxels of a half of the distance, and 0.082 with an eighth.
 const MOST_OF_WAY: f64 = 0.25;
 
 /// Bytes that every device binds as one storage buffer (Vulkan's least `maxStorageBufferRange`).
 const SMALLEST_BINDING: u64 = 1 << 27;
 
-/// The settings with smaller voxels about the camera, where those of one grid for the whole scene are too large for
-/// what it sees, and that in words. `None` where they are not, where the settings say where the grid stands, and where
-/// the method has one grid alone. `bounds`: of the scene over the whole animation.
+/// The settings with smaller voxels around the camera if those of one grid for the whole scene are too large, and a
+/// note about this. `None` if they are not, if the settings place the grid, or if the method supports only one grid.
+/// `bounds` are those of the scene over the whole animation.
 pub fn fitted_to_camera(
     settings: &Settings,
     Still { scene, pose, view }: Still,
@@ -28,7 +28,7 @@ pub fn fitted_to_camera(
         return None;
     }
     let grid = Grid::place(bounds, settings).ok()?;
-    let way = clearance(scene, pose, view.eye)?;
+    let way = median_distance(scene, pose, view.eye)?;
     let smaller = |boxes: i32| FACTOR.powi(-boxes);
     let fits = |&boxes: &i32| grid.voxel_m * smaller(boxes) <= MOST_OF_WAY * way;
     let most = most_boxes(grid.edge);
@@ -40,7 +40,7 @@ pub fn fitted_to_camera(
     let mut fitted = settings.clone();
     (fitted.grid.center, fitted.grid.side) = (Center::Camera, Some(side));
     let words = format!(
-        "voxels of {:.2} m are large beside what the camera sees {way:.2} m away: those about it are {:.3} m (--set \
+        "voxels of {:.2} m are large for surfaces {way:.2} m from the camera: around it they are {:.3} m (--set \
          grid.center=camera --set grid.side={side})",
         grid.voxel_m,
         side / f64::from(grid.edge)
@@ -48,40 +48,40 @@ pub fn fitted_to_camera(
     Some((fitted, words))
 }
 
-/// The settings fitted to the camera, or unchanged where they already fit.
+/// The settings fitted to the camera, or unchanged if they already fit.
 pub fn for_camera(settings: &Settings, seen: Still, bounds: Bounds) -> Settings {
     fitted_to_camera(settings, seen, bounds).map_or_else(|| settings.clone(), |(fitted, _)| fitted)
 }
 
-/// As many boxes as any device binds the voxels of, together with the base grid's.
+/// The maximum number of boxes whose voxels any device can bind together with those of the base grid.
 fn most_boxes(edge: u32) -> i32 {
     let grids = SMALLEST_BINDING / (u64::from(edge).pow(3) * size_of::<u32>() as u64);
     grids.saturating_sub(1).min(MOST_BOXES as u64) as i32
 }
 
-/// Rounded up, so that what was held still is.
+/// A length rounded up to three digits, so that the content of the grid stays inside.
 fn three_digits(length: f64) -> f64 {
     let unit = 10f64.powi(length.log10().floor() as i32 - 2);
     let digits = (length / unit).ceil();
-    // In this way of writing it, the shortest decimal comes out.
+    // Formatting it this way gives the shortest decimal.
     if unit < 1.0 { digits / (1.0 / unit).round() } else { digits * unit.round() }
 }
 
-/// Per octave of the distance, and how many there are below 1 m.
+/// Bins per octave of the distance, and the number of bins below 1 m.
 const BINS: f64 = 8.0;
 const BELOW: i32 = 160;
 const ALL_BINS: usize = 400;
-/// Of a solid angle of 1: whole numbers, whose sum does not depend on the order.
+/// Units of a solid angle of 1. Sums of whole numbers do not depend on the order.
 const UNITS: f64 = (1u64 << 32) as f64;
-/// Indices of triangles that one thread looks at.
+/// Indices of triangles per thread.
 const PART: usize = 3 << 12;
-/// A triangle is cut in four until it is no larger than this beside its distance, so often at most.
+/// A triangle is split into four until its size is at most this share of its distance, up to [`MOST_CUTS`] times.
 const MOST_SEEN: f64 = 0.5;
 const MOST_CUTS: u32 = 6;
 
-/// Median distance, metres, of all triangles from a point, each counted by the solid angle under which it is seen from
-/// there, whatever hides it; to a twelfth. `None` without triangles.
-pub fn clearance(scene: &Scene, pose: &Pose, eye: DVec3) -> Option<f64> {
+/// The median distance in metres of all triangles from a point, weighted by their solid angle without occlusion,
+/// rounded to a twelfth. `None` without triangles.
+pub fn median_distance(scene: &Scene, pose: &Pose, eye: DVec3) -> Option<f64> {
     let sum = |mut bins: Vec<u64>, more: Vec<u64>| {
         bins.iter_mut().zip(more).for_each(|(bin, more)| *bin += more);
         bins
@@ -97,7 +97,7 @@ pub fn clearance(scene: &Scene, pose: &Pose, eye: DVec3) -> Option<f64> {
             }
             bins
         };
-        // Of millions of small meshes each takes its turn, in bins that are there.
+        // Millions of small meshes are added to existing bins one after another.
         if mesh.indices.len() <= PART {
             return of_part(bins, &mesh.indices);
         }
@@ -115,7 +115,7 @@ pub fn clearance(scene: &Scene, pose: &Pose, eye: DVec3) -> Option<f64> {
     Some(((median as i32 - BELOW) as f64 / BINS).exp2())
 }
 
-/// Counts a triangle, its corners seen from the origin.
+/// Adds a triangle whose corners are relative to the point.
 fn add([a, b, c]: [DVec3; 3], cuts: u32, bins: &mut [u64]) {
     let distance = ((a + b + c) / 3.0).length();
     let longest = (b - a).length().max((c - b).length()).max((a - c).length());
@@ -130,7 +130,7 @@ fn add([a, b, c]: [DVec3; 3], cuts: u32, bins: &mut [u64]) {
     bins[bin.clamp(0, ALL_BINS as i32 - 1) as usize] += (solid_angle(a, b, c) * UNITS) as u64;
 }
 
-/// Van Oosterom and Strackee, "The Solid Angle of a Plane Triangle", 1983.
+/// The formula is from Van Oosterom and Strackee, "The Solid Angle of a Plane Triangle", 1983.
 fn solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     let over = a.dot(b.cross(c)).abs();
@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn a_cube_is_seen_all_around_at_its_walls() {
         let scene = room(2.0);
-        let far = clearance(&scene, &scene.pose(None, 0.0), DVec3::ZERO).unwrap();
+        let far = median_distance(&scene, &scene.pose(None, 0.0), DVec3::ZERO).unwrap();
         // The mean over all directions is 1.22 half sides.
         assert!((2.1..2.7).contains(&far), "{far}");
         let angles: f64 = (0..6)
@@ -188,12 +188,12 @@ mod tests {
         let view = View::look_at(DVec3::ZERO, DVec3::X, DVec3::Y, 1.0);
         let settings = Settings { voxels: 64, ..Settings::default() };
         let (fitted, words) = fitted_to_camera(&settings, Still::new(&scene, &pose, &view), bounds).unwrap();
-        // 17 m, 4.2, 1.06 and then 0.27 m.
+        // The voxels have edges of 17, 4.2, 1.06 and 0.27 m.
         assert_eq!(fitted.grid.center, Center::Camera);
         assert_eq!(fitted.grid.side, Some(17.0), "{words}");
         let grid = Grid::place(bounds, &fitted).unwrap();
         assert_eq!(grid.boxes, 3);
-        // A camera high above sees far things alone; a room without a landscape has small voxels anyway.
+        // A camera high above only sees distant surfaces, and a room without a landscape has small voxels anyway.
         let above = View { eye: DVec3::Y * 300.0, ..view };
         assert!(fitted_to_camera(&settings, Still::new(&scene, &pose, &above), bounds).is_none());
         let alone = room(2.0);
@@ -201,7 +201,7 @@ mod tests {
             fitted_to_camera(&settings, Still::new(&alone, &alone.pose(None, 0.0), &view), alone.bounds(None))
                 .is_none()
         );
-        // Nor is there anything to be done with a method of one grid, or against what was asked for.
+        // Methods with one grid, and settings that place the grid, are not changed either.
         assert!(fitted_to_camera(&Settings::cones(), Still::new(&scene, &pose, &view), bounds).is_none());
         assert!(fitted_to_camera(&fitted, Still::new(&scene, &pose, &view), bounds).is_none());
     }

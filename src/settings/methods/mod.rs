@@ -17,6 +17,8 @@ macro_rules! methods {
             Lpv = "lpv" in lpv,
             /// Voxel cone tracing derived from photon mapping: a voxel sends its photons' light in sixteen directions.
             Photons = "photons" in photons,
+            /// Path tracing: no approximation but noise, which falls with the passes over the image.
+            Paths = "paths" in paths,
         }
     };
 }

@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use twobounce::layers::Aov;
+use twobounce::profile::Subject;
 use twobounce::reference::{Depth, Options, Stop};
 use twobounce::renderer::{RenderOptions, Renderer};
 use twobounce::scene::finish::{Anisotropy, Clearcoat, DiffuseTransmission, Finish, Iridescence, Sheen};
@@ -56,12 +57,12 @@ impl Case {
 type Parts = Vec<Vec<[f32; 3]>>;
 
 fn settings(case: &Case) -> Settings {
-    let samples = case.samples.min(16);
-    let own = [format!("paths.paths={samples}"), format!("bounces={}", case.bounces), format!("image.passes={PARTS}")];
+    let own = ["paths.paths=1".to_owned(), format!("bounces={}", case.bounces)];
     gpu::with(Settings::preset("paths").expect("a preset"), &own.each_ref().map(String::as_str))
 }
 
-/// Every pass by itself: the differences of the means.
+/// A part is some passes of one path a pixel: the difference of two means. More passes, and not more paths, since each has places of
+/// its own within pixels.
 fn by_paths(case: &Case) -> Parts {
     let context = gpu::context();
     let options = RenderOptions::new((case.size, case.size), case.scene.bounds(None));
@@ -69,17 +70,20 @@ fn by_paths(case: &Case) -> Parts {
         Renderer::new(&context, case.scene.clone(), &case.pose, settings(case), options).expect("the scene fits");
     let mut sums: Vec<[f64; 3]> = vec![[0.0; 3]; (case.size * case.size) as usize];
     let mut parts = Vec::new();
-    for pass in 0..PARTS {
-        if pass == 0 {
+    for pass in 1..=PARTS * case.samples {
+        if pass == 1 {
             renderer.render_now(&case.pose, &case.view).expect("a frame");
         } else {
             renderer.refine(&case.pose, &case.view).expect("a frame");
         }
+        if pass % case.samples > 0 {
+            continue;
+        }
         let mean = renderer.read();
         let part = mean.beauty().iter().zip(&mut sums).map(|(pixel, sum)| {
             std::array::from_fn(|c| {
-                let all = f64::from(pixel[c]) * f64::from(pass + 1);
-                (all - std::mem::replace(&mut sum[c], all)) as f32
+                let all = f64::from(pixel[c]) * f64::from(pass);
+                ((all - std::mem::replace(&mut sum[c], all)) / f64::from(case.samples)) as f32
             })
         });
         parts.push(part.collect());
@@ -172,7 +176,8 @@ fn compare(a: &Parts, b: &Parts) -> Verdict {
     }
 }
 
-fn hold(case: &Case) {
+/// Whether both agree.
+fn holds(case: &Case) -> bool {
     let begins = std::time::Instant::now();
     let own = by_paths(case);
     let after = begins.elapsed();
@@ -195,8 +200,13 @@ fn hold(case: &Case) {
     if let Some(folder) = std::env::var_os("TWOBOUNCE_TEST_PICTURES") {
         write_pictures(case, [&own, &truth], std::path::Path::new(&folder));
     }
-    assert!(verdict.largest < verdict.limit, "{}: {verdict:?}", case.scene.name);
-    assert!(verdict.whole < verdict.whole_limit, "{}: {verdict:?}", case.scene.name);
+    verdict.largest < verdict.limit && verdict.whole < verdict.whole_limit
+}
+
+/// Looks at all before it fails.
+fn hold(cases: impl Iterator<Item = Case>) {
+    let apart: Vec<String> = cases.filter(|case| !holds(case)).map(|case| case.scene.name).collect();
+    assert!(apart.is_empty(), "not the path tracer's mean: {apart:?}");
 }
 
 fn write_pictures(case: &Case, both: [&Parts; 2], folder: &std::path::Path) {
@@ -205,7 +215,7 @@ fn write_pictures(case: &Case, both: [&Parts; 2], folder: &std::path::Path) {
         let beauty = (0..parts[0].len()).map(mean).collect();
         let layers = twobounce::layers::Layers::new(case.size, case.size, beauty);
         let path = folder.join(format!("{}-{}-{name}.exr", case.scene.name.replace(' ', "-"), case.bounces));
-        layers.write_exr(&path, &[]).expect("it is written");
+        layers.write_exr(&path, &std::collections::BTreeMap::new()).expect("it is written");
     }
 }
 
@@ -441,9 +451,7 @@ fn cases() -> Vec<Case> {
 
 #[test]
 fn its_mean_is_the_path_tracers() {
-    for case in cases() {
-        hold(&case);
-    }
+    hold(cases().into_iter());
 }
 
 #[test]
@@ -453,15 +461,35 @@ fn its_mean_is_the_path_tracers_at_length() {
         return;
     }
     let assets = ["corridor.glb", "thick-walls.glb", "stairs.glb", "demo.glb"].map(|name| Case::new(asset(name)));
-    for case in cases().into_iter().chain(assets) {
-        hold(&Case { size: 64, samples: 16, ..case });
-    }
+    hold(cases().into_iter().chain(assets).map(|case| Case { size: 64, samples: 16, ..case }));
 }
 
 #[test]
 fn the_same_bits_twice() {
     let case = Case { size: 24, samples: 2, ..finishes() };
     assert!(by_paths(&case) == by_paths(&case));
+}
+
+/// A CPU device ends an invocation's loops after 65535 rounds, all of its rays' together: as many paths as a pixel may take in a
+/// pass come to their ends before.
+#[test]
+fn no_path_is_cut_off() {
+    let context = gpu::counting();
+    let case = Case::new(asset("gallery.glb"));
+    let subject = Subject {
+        scene: &case.scene,
+        pose: &case.pose,
+        view: &case.view,
+        settings: gpu::with(Settings::preset("paths").expect("a preset"), &["paths.paths=16", "rays.tracer=tree"]),
+        options: RenderOptions::new((24, 24), case.scene.bounds(None)),
+        check: || Ok(()),
+    };
+    let rows = subject.count(&context).expect("a frame");
+    gpu::assert_clean(&context);
+    let image = rows.iter().find(|row| row.0 == "image").expect("the pass that follows paths").1;
+    println!("{} rays, {} steps, {} cut off", image.rays, image.ray_steps, image.rays_cut);
+    assert!(image.rays > 24 * 24 * 16 * 4, "{} rays are a test of little", image.rays);
+    assert_eq!(image.rays_cut, 0);
 }
 
 /// A closed room of albedo a that shines everywhere with radiance 1 shows 1 / (1 − a), or as much of the sum of powers of a as
@@ -514,7 +542,7 @@ fn clear_glass_loses_nothing() {
 /// The estimate of an image's noise, half the difference of its even and odd passes, is the error that it has.
 #[test]
 fn its_noise_is_its_error() {
-    let case = Case { size: 32, samples: 1, ..Case::new(asset("cornell-area.glb")) };
+    let case = Case { size: 32, samples: 1, ..Case::new(asset("cornell-point.glb")) };
     let context = gpu::context();
     let options = RenderOptions::new((case.size, case.size), case.scene.bounds(None));
     let pixels = |passes: u32, paths: u32| {

@@ -113,7 +113,10 @@ float lamps_sought(vec3 position, vec3 facet, bool both_sides, vec3 d) {
 
 // `shine`: the brightest channel of its material's emission, `to_normal`: the cosine between the way and its normal.
 float lamp_density(float sought, float shine, float distance, float to_normal) {
-    float about = frame.lamp_tree != 0u ? 1.0 : distance * distance / max(to_normal, 1e-6);
+    float distance2 = distance * distance;
+    // Points on a piece that is nearer than it is large are seldom near. About as large as all are in the mean.
+    float size2 = frame.lamp_shine / (float(frame.lamp_count) * shine);
+    float about = frame.lamp_tree != 0u ? min(distance2 / size2, 1.0) : distance2 / max(to_normal, 1e-6);
     return sought * shine * about;
 }
 

@@ -4,6 +4,7 @@
 // One loop takes all paths of a pixel one after another, a ray to the next surface and rays to lights a round: lanes
 // whose path has ended begin another one.
 
+#include "common/count.glsl"
 #include "common/random.glsl"
 #include "gi/paths/constants.glsl"
 #include "gi/paths/lights.glsl"
@@ -38,7 +39,11 @@ struct Path {
 
 // Bounces after which paths end by chance, with all bounces.
 const uint ROULETTE_AFTER = 3u;
-const float MOST_SURVIVE = 0.95; // light that nothing absorbs goes on as well
+const float MOST_SURVIVE = 0.95; // where nothing absorbs the light
+// After so many fewer go on: a CPU device ends an invocation's loops after 65535 rounds, those of all its rays
+// together.
+const uint LONG_PATH = 16u;
+const float MOST_SURVIVE_LONG = 0.75;
 
 Path begin_path(PathStart start) {
     return Path(start.origin, start.d, 0.0, vec3(1.0), 1.0, start.at_surface ? 0u : 1u, 0.0, 0.0, 3u);
@@ -171,7 +176,8 @@ bool pass_vertex(inout Path p, inout MethodLight sum, PathStart start, Met met, 
     p.squeezed *= to.squeezed;
     bool goes_on = lit && to.any && (p.scattered < BOUNCES || light_is_met());
     if (BOUNCES == ALL_BOUNCES && p.scattered >= ROULETTE_AFTER) {
-        float survives = min(brightest(p.throughput) / p.squeezed, MOST_SURVIVE);
+        float most = p.scattered < LONG_PATH ? MOST_SURVIVE : MOST_SURVIVE_LONG;
+        float survives = min(brightest(p.throughput) / p.squeezed, most);
         goes_on = goes_on && further.z < survives;
         p.throughput /= max(survives, 1e-20);
     }
@@ -217,6 +223,7 @@ MethodLight follow_paths(PathStart start, uvec2 seed) {
             p = begin_path(start);
         }
     }
+    COUNT(RAYS_CUT, path < PATHS ? 1u : 0u);
     sum.direct /= float(PATHS);
     sum.indirect /= float(PATHS);
     return sum;

@@ -12,13 +12,10 @@ Surface surface_met(Met met, bool refracts) {
     return without_outer_layers(s, refracts, met.back);
 }
 
-// Share of light that passes the surface that a ray along unit d met, per channel.
+// Share of light that passes a translucent surface that a ray along unit d met, per channel.
 vec3 passed_straight(RayHit hit, vec3 d) {
     Met met = meet(hit, d);
     Material m = materials[met.triangle.material];
-    if (met.triangle.translucent == 0u) {
-        return vec3(0.0);
-    }
     if (feature(FEATURE_TRANSMISSION)) {
         bool refracts = is_volume(m);
         Surface s = surface_met(met, refracts);
@@ -56,12 +53,17 @@ vec3 light_through(vec3 origin, vec3 d, float distance, bool lamp, vec3 even) {
     for (uint k = 0u; k < 65535u && going; k++) {
         RayHit hit = trace_ray(origin, d, least);
         bool met = hit.triangle != 0u && hit.distance < short_of;
-        if (met) {
-            through *= passed_straight(hit, d);
-        } else if (lamp) {
-            bool there = hit.triangle != 0u && hit.distance < beyond;
-            through *= there ? emitted_there(hit, d) : vec3(0.0);
+        bool there = lamp && !met && hit.triangle != 0u && hit.distance < beyond;
+        bool passes = met && triangles[max(hit.triangle, 1u) - 1u].translucent != 0u;
+        vec3 share = lamp || met ? vec3(0.0) : vec3(1.0);
+        // Loops, which a CPU device leaves early.
+        for (uint once = 0u; once < (passes ? 1u : 0u); once++) {
+            share = passed_straight(hit, d);
         }
+        for (uint once = 0u; once < (there ? 1u : 0u); once++) {
+            share = emitted_there(hit, d);
+        }
+        through *= share;
         going = met && any(greaterThan(through, vec3(0.0)));
         least = hit.distance;
     }

@@ -31,4 +31,10 @@ cones 1048x281+0+0
 photons 524x281+0+281
 lpv 524x281+524+281
 END
+# Paths show the same as the path-traced image, and how that looks with noise.
+"$twobounce" render assets/gallery.glb -o "$out/paths.exr" --size "${size}x$size" --preset paths --noise 6
+"$twobounce" compare "$out/paths.exr" "$out/truth.exr" --out "$out/paths"
+convert "$out/paths/compare.png" -crop "${size}x$size+0+0" +repage "$out/paths.png"
+montage -label paths "$out/paths.png" -label "path-traced, all light" "$out/truth.png" -tile 2x -geometry "${size}x$size+3+3" \
+  -background white -depth 8 -strip docs/methods/paths.png
 echo "wrote docs/presets.png and docs/methods/"

@@ -201,7 +201,7 @@ Surface evaluate_surface(Triangle t, Attributes attributes, vec3 weights, Footpr
         s.f90 = 0.0;
         s.coat_f0 = 0.0;
         s.coat_f90 = 0.0;
-    } else if (s.thickness_m > 0.0) {
+    } else if (s.thickness_m > 0.0 && !feature(FEATURE_POINTS)) {
         // The stated thickness of the material is used as the distance through it.
         s.transmitted *= attenuation(m, s.thickness_m);
     }
@@ -211,7 +211,8 @@ Surface evaluate_surface(Triangle t, Attributes attributes, vec3 weights, Footpr
         s.finish = evaluate_finish(m, uv, footprint, smooth_normal, tangent, s.normal, side, s.roughness);
         if (feature(FEATURE_DIFFUSE_TRANSMISSION)) {
             s.diffuse *= 1.0 - s.finish.through;
-            s.finish.diffused *= s.diffuse_share * (s.thickness_m > 0.0 ? attenuation(m, s.thickness_m) : vec3(1.0));
+            bool stated = s.thickness_m > 0.0 && !feature(FEATURE_POINTS);
+            s.finish.diffused *= s.diffuse_share * (stated ? attenuation(m, s.thickness_m) : vec3(1.0));
         }
         s.finish.film_f0 = dielectric_f0;
         s.finish.film_metal = vec4(base.rgb, metallic);

@@ -4,7 +4,7 @@ use glam::{Vec3, Vec4};
 
 use super::cells::LIT_COUNTS;
 use crate::scene::{Alpha, Scene};
-use crate::settings::{DirectLight, Settings};
+use crate::settings::{DirectLight, Method, Settings};
 use crate::vk::Constant;
 
 /// Values of `DIRECT`: direct light is computed; computed and kept; or the kept light is read.
@@ -52,6 +52,12 @@ impl Features {
     pub const MIRRORS: Self = Self(1 << 28);
     /// Whether rays are traced by the device's ray queries.
     pub const QUERY: Self = Self(1 << 29);
+    /// Viewers see nothing where the sky is.
+    pub const SKY_UNSEEN: Self = Self(64);
+    /// Textures are looked up at points, and a way through a volume is as long as it is: paths are as exact as that.
+    pub const POINTS: Self = Self(1 << 30);
+    /// Some material refracts colours by different angles.
+    pub const DISPERSION: Self = Self(1 << 31);
 
     /// Whether some material has a texture in slot `slot` of `layout::Material::slots`.
     pub const fn texture_slot(slot: usize) -> Self {
@@ -64,7 +70,9 @@ impl Features {
 
     /// Features needed by the settings and by the materials in use. Other features cost nothing.
     pub fn of_settings(scene: &Scene, settings: &Settings) -> Self {
-        Self::of_scene(scene).and(Self::DIRECT_PER_PIXEL, settings.image.direct == DirectLight::Pixels)
+        Self::of_scene(scene)
+            .and(Self::DIRECT_PER_PIXEL, settings.image.direct == DirectLight::Pixels)
+            .and(Self::POINTS, settings.method == Method::Paths)
     }
 
     #[must_use]
@@ -99,6 +107,7 @@ impl Features {
             ask(Self::ANISOTROPY, finish.anisotropy.strength > 0.0);
             ask(Self::IRIDESCENCE, finish.iridescence.factor > 0.0);
             ask(Self::DIFFUSE_TRANSMISSION, finish.diffuse_transmission.factor > 0.0);
+            ask(Self::DISPERSION, finish.dispersion > 0.0);
             ask(Self::TANGENTS, finish.anisotropy.strength > 0.0 || finish.clearcoat.normal_texture.is_some());
             // Coat and sheen reflect too.
             ask(Self::SPECULAR, finish.clearcoat.factor > 0.0 || finish.sheen.color != Vec3::ZERO);
@@ -106,6 +115,7 @@ impl Features {
         ask(Self::COLORS, scene.meshes.iter().any(|mesh| mesh.colors.iter().any(|&color| color != Vec4::ONE)));
         ask(Self::SKY_GRADIENT, scene.sky_gradient != Vec3::ZERO);
         ask(Self::SKY_MAP, scene.sky_map.is_some());
+        ask(Self::SKY_UNSEEN, scene.sky_unseen);
         Self(bits)
     }
 }

@@ -29,7 +29,7 @@ impl PackedFinish {
         let factors = [
             [f.clearcoat.factor, f.clearcoat.roughness, bump, f.anisotropy.strength],
             [sheen.x, sheen.y, sheen.z, f.sheen.roughness],
-            [cos, sin, 0.0, f.iridescence.factor],
+            [cos, sin, f.dispersion, f.iridescence.factor],
             [f.iridescence.ior, thin, thick, f.diffuse_transmission.factor],
             [through.x, through.y, through.z, 0.0],
         ];

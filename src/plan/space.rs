@@ -30,23 +30,27 @@ pub struct Space {
 type Use = fn(&Needs, Method) -> bool;
 
 const ALWAYS: Use = |_, _| true;
-const LAMPS: Use = |needs, _| needs.lamps;
 /// Needed if lamps light items of lists.
-const LIT_LAMPS: Use = |needs, method| needs.lamps && method != Method::None;
-const WIDE_LIGHTS: Use = |needs, _| needs.wide_lights;
+const LIT_LAMPS: Use = |needs, method| needs.lamps && GATHERED(needs, method);
 const LOBES: Use = |needs, _| needs.lobes;
 /// Needed if light travels farther than to the first surface.
 const INDIRECT: Use = |_, method| method != Method::None;
+/// And where it is gathered: paths have no lists and share nothing.
+const GATHERED: Use = |needs, method| INDIRECT(needs, method) && method != Method::Paths;
+/// Of use where the ground finds direct light.
+const SHADED: Use = |_, method| method != Method::Paths;
+const LAMPS: Use = |needs, method| needs.lamps && SHADED(needs, method);
+const WIDE_LIGHTS: Use = |needs, method| needs.wide_lights && SHADED(needs, method);
 
 /// A setting, its values and the condition under which it is needed; keys of a method only apply to it. The grid stops
 /// at 128, because larger ones take eight times the memory for little gain.
 const LADDERS: &[(&str, &[&str], Use)] = &[
-    ("voxels", &["16", "32", "64", "128"], ALWAYS),
+    ("voxels", &["16", "32", "64", "128"], SHADED),
     ("bounces", &["1", "2", "all"], INDIRECT),
-    ("image.gather_resolution", &["quarter", "half", "full"], INDIRECT),
-    ("image.interleave", &["1", "2", "4"], INDIRECT),
+    ("image.gather_resolution", &["quarter", "half", "full"], GATHERED),
+    ("image.interleave", &["1", "2", "4"], GATHERED),
     ("image.samples", &["1", "4"], ALWAYS),
-    ("image.direct", &["pixels", "samples"], ALWAYS),
+    ("image.direct", &["pixels", "samples"], SHADED),
     ("lights.shadow_rays", &["1", "2", "4", "16"], WIDE_LIGHTS),
     ("lights.lamp_points", &["1", "2", "4", "8", "16", "32"], LAMPS),
     ("lights.voxel_lamp_points", &["1", "2", "4", "8", "16"], LIT_LAMPS),
@@ -59,6 +63,7 @@ const LADDERS: &[(&str, &[&str], Use)] = &[
     ("photons.diffuse", &["1", "2", "4", "8", "16"], INDIRECT),
     ("photons.bounce", &["1", "2", "4"], INDIRECT),
     ("photons.glossy", &["2", "4", "8", "16"], LOBES),
+    ("paths.paths", &["1", "2", "4", "8", "16"], ALWAYS),
 ];
 
 /// A preset with changes.
@@ -72,6 +77,7 @@ fn begins(method: Method) -> &'static [Begin] {
         Method::Cones => &[("cones", &["cones.set=g8", "image.interleave=4", SHARED_HALF]), ("cones", &[])],
         Method::Lpv => &[("lpv", &[])],
         Method::Photons => &[("photons", &["photons.diffuse=4", SHARED_HALF]), ("photons", &[])],
+        Method::Paths => &[("paths", &[])],
         _ => &[("fast", &[])],
     }
 }

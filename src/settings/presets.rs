@@ -2,7 +2,7 @@
 
 use super::methods::cones::choices::ConeSet;
 use super::methods::{cones, lpv, photons, rays};
-use super::{Conservative, GatherResolution, LampLight, Method, Settings, Shadows};
+use super::{Bounces, Conservative, GatherResolution, LampLight, Method, Settings, Shadows};
 
 /// Named settings.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +29,7 @@ pub const PRESETS: &[Preset] = &[
     preset("lpv", Settings::lpv, "light propagation volumes that conserve light, lamps sampled"),
     preset("lpv-printed", Settings::lpv_printed, "light propagation volumes by their source's page and author"),
     preset("photons", Settings::photons, "8 shared cones a pixel through photons, lamps sampled"),
+    preset("paths", Settings::paths, "4 paths a pixel and pass with all bounces: path tracing on the device"),
     preset("photons-printed", Settings::photons_printed, "the notes on photons as printed, where they can run"),
 ];
 
@@ -121,6 +122,15 @@ impl Settings {
         let mut photons = Self { method: Method::Photons, ..Self::cones() };
         photons.image.interleave = Self::default().image.interleave;
         photons
+    }
+
+    /// Path tracing: the only error is noise.
+    pub fn paths() -> Self {
+        let mut paths = Self { method: Method::Paths, bounces: Bounces::All, ..Self::default() };
+        paths.image.samples = 1;
+        paths.image.interleave = 1;
+        paths.image.gather_resolution = GatherResolution::Full;
+        paths
     }
 
     /// The formulas of the notes as printed, where they can run. Everything else is as in [`Self::photons`].

@@ -23,7 +23,7 @@ pub fn known_failures(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Set
             "the grid does not cover {percent} % of the scene's box, which sends and blocks no light there"
         ));
     }
-    if !matches!(settings.method, Method::Rays | Method::None)
+    if !matches!(settings.method, Method::Rays | Method::Paths | Method::None)
         && let Some(thin) = thinnest(scene, pose, bounds, settings).filter(|voxels| *voxels < LEAKS_BELOW)
     {
         let method = settings.method.name();
@@ -31,7 +31,8 @@ pub fn known_failures(scene: &Scene, pose: &Pose, bounds: Bounds, settings: &Set
             "a wall of {thin:.2} voxels leaks light with the method {method}: raise voxels, or use rays"
         ));
     }
-    let gathered = settings.lights.lamps == LampLight::Gathered && settings.method != Method::None;
+    let gathered =
+        settings.lights.lamps == LampLight::Gathered && !matches!(settings.method, Method::Paths | Method::None);
     let small = |part: &InstanceBox| part.lamp && part.sides.max_element() < grid.voxel_m;
     let lamps = if gathered { parts(scene, pose).filter(small).count() } else { 0 };
     if lamps > 0 {

@@ -28,7 +28,7 @@ fn checkerboard(scene: &mut Scene, [corner, u, v]: [Vec3; 3], count: usize, albe
 
 /// A sphere around the origin with smooth normals: an icosahedron whose edges are halved `subdivisions` times. It has
 /// 20 · 4ⁿ triangles, and its vertices lie on the sphere.
-fn sphere(material: usize, radius: f32, subdivisions: u32) -> Mesh {
+pub fn sphere(material: usize, radius: f32, subdivisions: u32) -> Mesh {
     let (mut directions, mut triangles) = icosahedron();
     for _ in 0..subdivisions {
         let mut middles: HashMap<[u32; 2], u32> = HashMap::new();

@@ -97,7 +97,7 @@ fn bar() -> Scene {
 }
 
 /// The bar in a lit room, and a second bar that emits.
-fn room() -> Scene {
+pub fn room() -> Scene {
     let mut scene = bar();
     scene.name = "room".into();
     let white = scene.add_material(Material::lambert("walls", Vec3::splat(0.7)));
@@ -116,7 +116,7 @@ fn both() -> Playback {
     Playback { animations: vec![0, 1], repeats: false }
 }
 
-fn view() -> View {
+pub fn view() -> View {
     View::look_at(DVec3::new(1.0, 2.5, 5.7), DVec3::new(3.5, 1.8, 2.0), DVec3::Y, 60f32.to_radians())
 }
 

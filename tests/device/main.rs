@@ -52,6 +52,7 @@ mod passes_reuse;
 mod passes_shade;
 mod passes_tree;
 mod passes_voxelise;
+mod paths;
 mod photons_light;
 mod profile_counts;
 mod rays_bounces;

@@ -7,7 +7,10 @@
 uint unmasked(Triangle t, Attributes attributes, uvec2 pixel, uint asked) {
     vec3 facet = normalize(triangle_normal(t.corners[0], t.corners[1], t.corners[2]));
     vec2 place = vec2(pixel + uvec2(0u, push.first_seen));
-    Footprint footprint = pixel_footprint(attributes, place_on_triangle(place + 0.5, vec2(1.0), t, facet));
+    Footprint footprint = POINT;
+    if (!feature(FEATURE_POINTS)) {
+        footprint = pixel_footprint(attributes, place_on_triangle(place + 0.5, vec2(1.0), t, facet));
+    }
     Material m = materials[t.material];
     uint kept = 0u;
     for (uint left = asked; left != 0u; left &= left - 1u) {

@@ -26,6 +26,44 @@ struct Shown {
 #endif
 };
 
+// The layers of a surface's pixel. `open` is the unoccluded share of the hemisphere.
+Shown shown_as(Surface s, vec3 direct, vec3 indirect, float open) {
+    float opacity = s.opacity;
+    Shown shown;
+    shown.beauty = vec4((direct + indirect) * opacity, opacity);
+#ifdef AOVS
+    shown.direct = vec4(direct * opacity, opacity);
+    shown.indirect = vec4(indirect * opacity, opacity);
+    shown.normal = vec4(s.normal * opacity, opacity);
+    float depth = dot(s.position - frame.eye, frame.forward) * frame.voxel_m;
+    shown.albedo = vec4(s.albedo * opacity, opacity);
+    shown.ao_depth_diffuse = vec4(vec3(open, depth, s.diffuse_share) * opacity, opacity);
+#endif
+    return shown;
+}
+
+#ifdef METHOD_SHADES
+// The method computes all light by itself, from one of the covered samples, each equally often.
+Shown shade(uint triangle, bool back, uvec2 pixel, uint covered, bool nearest) {
+    Triangle t = triangles[triangle];
+    Attributes attributes = attributes_of(triangle);
+    COUNT(TRIANGLES, 1u);
+    vec3 facet = normalize(triangle_normal(t.corners[0], t.corners[1], t.corners[2]));
+    uint skipped = method_sample(pixel) % uint(max(bitCount(covered), 1));
+    for (uint k = 0u; k < skipped; k++) {
+        covered &= covered - 1u;
+    }
+    vec3 weights = seen_weights(vec2(pixel) + sample_place(uint(max(findLSB(covered), 0))), t, facet);
+    Surface s = evaluate_surface(t, attributes, weights, POINT, back);
+    vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
+    MethodLight light = method_shades(SeenSurface(triangle, back, weights, view), pixel);
+    float open = 1.0;
+#ifdef AOVS
+    open = method_open_share(s, pixel);
+#endif
+    return shown_as(s, light.direct, light.indirect, open);
+}
+#else
 // Direct light, averaged over the covered samples or at the surface's point. `through_share` is the share that Fresnel
 // and layers leave for light scattered to the far side.
 vec3 lights_directly(Surface s, vec3 a, uvec2 pixel, uint covered, float through_share) {
@@ -170,16 +208,6 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered, bool nearest) {
     }
     direct = sent.direct;
     vec3 indirect = sent.indirect / frame.scale;
-    float opacity = s.opacity;
-    Shown shown;
-    shown.beauty = vec4((direct + indirect) * opacity, opacity);
-#ifdef AOVS
-    shown.direct = vec4(direct * opacity, opacity);
-    shown.indirect = vec4(indirect * opacity, opacity);
-    shown.normal = vec4(s.normal * opacity, opacity);
-    float depth = dot(s.position - frame.eye, frame.forward) * frame.voxel_m;
-    shown.albedo = vec4(s.albedo * opacity, opacity);
-    shown.ao_depth_diffuse = vec4(vec3(gathered.light.a, depth, s.diffuse_share) * opacity, opacity);
-#endif
-    return shown;
+    return shown_as(s, direct, indirect, gathered.light.a);
 }
+#endif

@@ -18,6 +18,8 @@ macro_rules! methods {
             /// Voxel cone tracing derived from photon mapping: a voxel stores the light of its photons in sixteen
             /// directions.
             Photons = "photons" in photons,
+            /// Path tracing: no approximation but noise, which falls with the passes over the image.
+            Paths = "paths" in paths,
         }
     };
 }

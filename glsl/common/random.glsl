@@ -1,0 +1,14 @@
+// Random numbers of integers: four for each seed, such as a pixel, a pass and how many were drawn before.
+
+// Four in [0, 1): PCG4D (Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020), upper 24 bits.
+vec4 random_numbers(uvec4 seed) {
+    uvec4 v = seed * 1664525u + 1013904223u;
+    for (uint round = 0u; round < 2u; round++) {
+        v.x += v.y * v.w;
+        v.y += v.z * v.x;
+        v.z += v.x * v.y;
+        v.w += v.y * v.z;
+        v = round == 0u ? v ^ (v >> 16u) : v;
+    }
+    return vec4(v >> 8u) / 16777216.0;
+}

@@ -1,0 +1,8 @@
+// Constants of the method `paths`; src/gi/paths/mod.rs is their twin.
+
+#include "ground/constants.glsl"
+
+layout(constant_id) const uint PATHS = 1u; // per fragment and pass
+layout(constant_id) const uint BOUNCES = 1u; // indirect ones; ALL_BOUNCES: all
+
+const uint ALL_BOUNCES = 1u << 30;

@@ -1,0 +1,53 @@
+//! Paths: the path tracer on the device. It asks the ground for rays alone; what a pixel shows is found anew in every pass
+//! over the image, by random numbers of the pixel and the pass, and its mean is the truth.
+//!
+//! The shader that shades pixels follows the paths (`glsl/gi/paths/path.glsl`, in place of the ground's own shading).
+//! There is no light to be made before it.
+
+use super::{IndirectMethod, Maker, PassUnit, Update, Wants};
+use crate::Result;
+use crate::ground::Ground;
+use crate::ground::memory_plan::MemoryRow;
+use crate::settings::{Bounces, Settings as AllSettings};
+use crate::vk::{Bind, Constant, Recorder};
+
+pub use crate::settings::methods::paths::Settings;
+
+/// Value of the constant `BOUNCES` for all: `ALL_BOUNCES` in `glsl/gi/paths/constants.glsl`.
+const ALL_BOUNCES: u32 = 1 << 30;
+
+pub const PASS_UNITS: &[(&str, PassUnit)] = &[];
+
+pub struct Lighting {
+    constants: [Constant; 2],
+}
+
+impl IndirectMethod for Lighting {
+    fn wants(_: &AllSettings) -> Wants {
+        Wants { rays: true, ..Wants::default() }
+    }
+
+    fn plan(_: &AllSettings) -> Vec<MemoryRow> {
+        Vec::new()
+    }
+
+    fn new(maker: &Maker) -> Result<Self> {
+        Ok(Self { constants: constants(maker.settings) })
+    }
+
+    fn update(&self, _: &mut Recorder, _: &Ground, _: &Update) {}
+
+    fn constants(&self) -> &[Constant] {
+        &self.constants
+    }
+
+    fn binds<'a>(&'a self, _ground: &'a Ground) -> Vec<Bind<'a>> {
+        Vec::new()
+    }
+}
+
+/// All constants that the method declares.
+pub fn constants(settings: &AllSettings) -> [Constant; 2] {
+    let bounces = if settings.bounces == Bounces::All { ALL_BOUNCES } else { settings.bounces.stored() };
+    [("PATHS", settings.of.paths.paths.into()), ("BOUNCES", bounces.into())]
+}

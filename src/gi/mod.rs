@@ -2,6 +2,7 @@
 //! the house.
 
 mod bounces;
+mod cascades;
 
 use std::sync::Arc;
 
@@ -138,6 +139,10 @@ pub struct Update {
     pub measured: bool,
     /// Whether light comes from beyond the scene.
     pub sky: bool,
+    /// Passes that the light went through before this one, since it was last forgotten.
+    pub passes: u32,
+    /// Which of the passes of a mean this one is, from 1 on; 0 before feedback has settled.
+    pub mean_pass: u32,
 }
 
 /// The unit of work of a pass. Its time is also given per unit.

@@ -136,7 +136,7 @@ const TOP: &[Key] = &[
         "method",
         "method",
         names!(Method),
-        "method of indirect light: none, voxel cones as in the talk, exact rays, light propagation volumes, or cones through voxel photons",
+        "method of indirect light: none, voxel cones as in the talk, exact rays, light propagation volumes, cones through voxel photons, or irradiance probes",
         "see the presets",
     ),
     key(

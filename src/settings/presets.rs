@@ -30,6 +30,7 @@ pub const PRESETS: &[Preset] = &[
     preset("lpv-printed", Settings::lpv_printed, "light propagation volumes by their source's page and author"),
     preset("photons", Settings::photons, "8 shared cones a pixel through photons, lamps sampled"),
     preset("photons-printed", Settings::photons_printed, "the notes on photons as printed, where they can run"),
+    preset("probes", Settings::probes, "16³ irradiance probes of 256 rays, lamps sampled"),
 ];
 
 const fn preset(name: &'static str, settings: fn() -> Settings, meaning: &'static str) -> Preset {
@@ -128,5 +129,19 @@ impl Settings {
         let mut printed = Self::photons();
         printed.of.photons = photons::Settings::printed();
         printed
+    }
+
+    /// Irradiance probes as their papers have them, with as many rays at once as an image without passes before it asks
+    /// for.
+    pub fn probes() -> Self {
+        let mut probes = Self { method: Method::Probes, ..Self::default() };
+        probes.lights.shadow_rays = 1;
+        // Each ray of a probe is lit where it ends, and a texel sums up a hundred of them.
+        probes.lights.voxel_lamp_points = 1;
+        // Nothing but rays goes through the base grid.
+        probes.voxels = 64;
+        // Neighbours have nothing to share: light is as smooth as probes are far apart.
+        probes.image.interleave = 1;
+        probes
     }
 }

@@ -17,6 +17,8 @@ macro_rules! methods {
             Lpv = "lpv" in lpv,
             /// Voxel cone tracing derived from photon mapping: a voxel sends its photons' light in sixteen directions.
             Photons = "photons" in photons,
+            /// Irradiance probes: a grid of points that look around themselves, and know how far they see.
+            Probes = "probes" in probes,
         }
     };
 }

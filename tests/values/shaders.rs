@@ -6,7 +6,7 @@ use std::io::Write as _;
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
 
-use twobounce::gi::{Method, cones, lpv, photons, rays};
+use twobounce::gi::{Method, cones, lpv, photons, probes, rays};
 use twobounce::ground::constants::{
     DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, Features, LIT_ALIKE, LIT_EACH, constants, with,
 };
@@ -22,6 +22,7 @@ fn of_method(settings: &Settings) -> Vec<Constant> {
         Method::Rays => rays::look_up_constants(settings, 0).to_vec(),
         Method::Lpv => lpv::constants(&settings.of.lpv),
         Method::Photons => photons::constants::constants(&settings.of.photons),
+        Method::Probes => probes::constants::constants(settings),
     }
 }
 

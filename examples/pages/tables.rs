@@ -29,6 +29,7 @@ pub const ORDER: &[&str] = &[
     "photons-printed",
     "lpv",
     "lpv-printed",
+    "probes",
 ];
 
 /// The presets of `docs/notes/strengths.md`, one for each way to use a method.

@@ -59,6 +59,9 @@ const LADDERS: &[(&str, &[&str], Use)] = &[
     ("photons.diffuse", &["1", "2", "4", "8", "16"], INDIRECT),
     ("photons.bounce", &["1", "2", "4"], INDIRECT),
     ("photons.glossy", &["2", "4", "8", "16"], LOBES),
+    ("probes.edge", &["4", "8", "16", "32"], INDIRECT),
+    ("probes.rays", &["32", "64", "128", "256"], INDIRECT),
+    ("probes.glossy", &["1", "2", "4", "8"], LOBES),
 ];
 
 /// A preset, and what is changed of it.
@@ -72,6 +75,7 @@ fn begins(method: Method) -> &'static [Begin] {
         Method::Cones => &[("cones", &["cones.set=g8", "image.interleave=4", SHARED_HALF]), ("cones", &[])],
         Method::Lpv => &[("lpv", &[])],
         Method::Photons => &[("photons", &["photons.diffuse=4", SHARED_HALF]), ("photons", &[])],
+        Method::Probes => &[("probes", &["probes.edge=8", "probes.rays=128"]), ("probes", &[])],
         _ => &[("fast", &[])],
     }
 }

@@ -57,11 +57,12 @@ pub struct Cell<'a> {
     pub frame_ms: Rc<RefCell<Vec<f64>>>,
 }
 
-/// The settings of a preset on a grid. Where light propagation has a grid of its own, that keeps its proportion to the
-/// base grid.
+/// The settings of a preset on a grid. Where light propagation and probes have grids of their own, these keep their
+/// proportion to the base grid.
 pub fn settings(preset: &str, grid: u32) -> Result<Settings> {
     let mut settings = Settings::preset(preset)?;
     settings.of.lpv.edge = (settings.of.lpv.edge * grid / 64).clamp(16, 64);
+    settings.of.probes.edge = (settings.of.probes.edge * grid / 64).clamp(4, 32);
     settings.set(&format!("voxels={grid}"))?;
     Ok(settings)
 }

@@ -71,7 +71,7 @@ fn the_push_constants_of_lpv_agree() {
 
 #[test]
 fn the_push_constants_of_probes_agree() {
-    for shader in ["place", "feel", "trace", "blend", "sums"] {
+    for shader in ["place", "feel", "trace", "blend"] {
         let shader = format!("gi/probes/{shader}.comp");
         let push = &shader::structs(&shader)["ProbesPush"];
         let names: Vec<_> = push.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();

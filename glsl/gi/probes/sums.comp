@@ -6,7 +6,6 @@
 #include "common/color.glsl"
 #include "common/count.glsl"
 #include "gi/probes/grid.glsl"
-#include "gi/probes/push.glsl"
 
 const uint BLOCKS = 4u; // along each edge; further grids are added to them
 const float UNITS = 64.0; // per unit of stored radiance

@@ -303,9 +303,8 @@ impl Lighting {
             r.full_barrier(); // the light was written, the sums before may have been read
             r.fill(&self.sums, 0, SUMS_BYTES, 0);
             r.full_barrier(); // they are 0
-            let push = ProbesPush { first: 0, step: 0, known: 0 };
             let groups = [probes(&self.settings).div_ceil(64), 1, 1];
-            r.dispatch(&self.sum, &self.sum.select(&binds), &push, groups);
+            r.dispatch(&self.sum, &self.sum.select(&binds), &(), groups);
         });
     }
 

@@ -8,7 +8,7 @@
 
 layout(local_size_x = 64) in;
 
-layout(scalar) readonly buffer Probes { Probe probes[]; };
+layout(scalar) readonly buffer ProbeList { Probe probes[]; };
 layout(scalar) readonly buffer ProbeWays { vec3 probe_ways[]; };
 layout(scalar) writeonly buffer FeltDistances { float felt_distances[]; }; // voxels; negative: the back of a surface
 

@@ -10,7 +10,7 @@
 
 layout(local_size_x = 64) in;
 
-layout(scalar) buffer Probes { Probe probes[]; };
+layout(scalar) buffer ProbeList { Probe probes[]; };
 layout(scalar) readonly buffer ProbeGrids { ProbeGrid probe_grids[]; };
 layout(scalar) readonly buffer ProbeWays { vec3 probe_ways[]; };
 layout(scalar) readonly buffer FeltDistances { float felt_distances[]; };

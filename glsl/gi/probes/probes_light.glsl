@@ -6,7 +6,7 @@
 #include "gi/probes/grid.glsl"
 #include "gi/probes/weights.glsl"
 
-layout(scalar) readonly buffer Probes { Probe probes[]; };
+layout(scalar) readonly buffer ProbeList { Probe probes[]; };
 layout(scalar) readonly buffer ProbeGrids { ProbeGrid probe_grids[]; };
 layout(scalar) readonly buffer ProbeDistances { vec2 probe_distances[]; }; // mean and mean square, voxels
 // Irradiance/π in stored radiance, and the open share of the hemisphere: of all bounces, and of the first alone.

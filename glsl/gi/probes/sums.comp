@@ -12,7 +12,7 @@ const float UNITS = 64.0; // per unit of stored radiance
 
 layout(local_size_x = 64) in;
 
-layout(scalar) readonly buffer Probes { Probe probes[]; };
+layout(scalar) readonly buffer ProbeList { Probe probes[]; };
 layout(scalar) readonly buffer ProbeLight { vec4 probe_light[]; };
 layout(scalar) buffer LightSums { uvec2 light_sums[]; }; // low word, high word
 

@@ -36,11 +36,12 @@ Arguments evaluate(Arguments x) {
         Texels t = texels_about(x.a.xyz, uint(x.a.w));
         y.a.xyz = vec3(float(t.first), t.part);
     } else if (FUNCTION == 2u) {
-        y.a = vec4(distance_weight(x.a.x), facing_weight(x.a.x), crushed(x.a.y), seen_weight(x.b.xy, x.b.z));
+        y.a = vec4(distance_weight(x.a.x), facing_weight(x.a.x, x.a.z, x.a.w > 0.0), crushed(x.a.y),
+            seen_weight(x.b.xy, x.b.z));
     } else if (FUNCTION == 3u) {
         y.a.xyz = vec3(cell_of(probe_of(0u, ivec3(x.a.xyz)), ivec3(x.b.xyz)));
     } else if (FUNCTION == 4u) {
-        y.a = probes_light(lit_point(x.a.xyz, x.b.xyz, x.b.xyz, x.c.xyz), BOUNCES);
+        y.a = probes_light(lit_point(x.a.xyz, x.b.xyz, vec3(x.a.w, x.b.w, x.c.w), x.c.xyz), BOUNCES);
     }
     return y;
 }

@@ -55,6 +55,7 @@ mod passes_tree;
 mod passes_voxelise;
 mod photons_light;
 mod probes;
+mod probes_try;
 mod profile_counts;
 mod rays_bounces;
 mod rays_items;

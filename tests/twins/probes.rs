@@ -32,11 +32,7 @@ pub fn way_at(place: DVec2) -> DVec3 {
 /// The place of a direction on the map, in −1…1.
 pub fn place_of(d: DVec3) -> DVec2 {
     let p = d / (d.x.abs() + d.y.abs() + d.z.abs());
-    if p.z < 0.0 {
-        DVec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
-    } else {
-        p.truncate()
-    }
+    if p.z < 0.0 { DVec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y)) } else { p.truncate() }
 }
 
 /// The direction of a texel's middle; −1 and `side` are the border.
@@ -97,8 +93,16 @@ pub fn read<T: Copy + std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T>
     row(0) * (1.0 - part.y) + row(1) * part.y
 }
 
-pub fn facing_weight(cosine: f64) -> f64 {
-    ((cosine + 1.0) / 2.0).powi(2) + 0.2
+/// By the cosines of the way to the probe to the normal and to the facet. `behind`: as the papers have it.
+pub fn facing_weight(cosine: f64, facet_cosine: f64, behind: bool) -> f64 {
+    let wrapped = ((cosine + 1.0) / 2.0).powi(2);
+    if behind {
+        wrapped + 0.2
+    } else if facet_cosine > 0.0 {
+        wrapped
+    } else {
+        0.0
+    }
 }
 
 /// Chebyshev's bound on the share of what is seen at a distance, cubed.
@@ -147,7 +151,7 @@ pub struct Point {
 }
 
 /// The light that probes find at a point, with that self-shadow bias.
-pub fn look_up(grid: &Grid, p: &Point, bias: f64) -> Option<DVec4> {
+pub fn look_up(grid: &Grid, p: &Point, bias: f64, behind: bool) -> Option<DVec4> {
     let at = (p.position - grid.corner) / grid.spacing - 0.5;
     let base = at.floor().as_ivec3().clamp(IVec3::ZERO, IVec3::splat(grid.edge - 2));
     let part = (at - base.as_dvec3()).clamp(DVec3::ZERO, DVec3::ONE);
@@ -161,7 +165,8 @@ pub fn look_up(grid: &Grid, p: &Point, bias: f64) -> Option<DVec4> {
             continue;
         }
         let near: f64 = (0..3).map(|a| if step[a] == 1 { part[a] } else { 1.0 - part[a] }.max(1e-3)).product();
-        let facing = facing_weight((probe.position - p.position).normalize().dot(p.normal));
+        let to = (probe.position - p.position).normalize();
+        let facing = facing_weight(to.dot(p.normal), to.dot(p.facet), behind);
         let from = seen_from - probe.position;
         let seen = seen_weight(read(&probe.distances, DISTANCE_SIDE, from), from.length());
         let weight = crushed(facing * seen) * near;
@@ -184,7 +189,7 @@ pub fn moved(middle: DVec3, spacing: f64, rounds: u32, felt: impl Fn(DVec3) -> V
         };
         let backs = rays.iter().filter(|ray| ray.1 < 0.0).count();
         let step = match (nearest(true), nearest(false)) {
-            (Some((way, distance)), _) if 4 * backs > rays.len() => *way * (distance.abs() + 0.5 * clearance),
+            (Some((way, distance)), _) if 10 * backs > rays.len() => *way * (distance.abs() + 0.5 * clearance),
             (_, Some((way, distance))) if *distance < clearance => {
                 let opposite = rays.iter().filter(|ray| ray.0.dot(*way) < -0.8);
                 let behind = opposite.map(|ray| ray.1.abs()).fold(1e30, f64::min);

@@ -27,7 +27,44 @@ const float MOST_DISTANCE = 2.6;
 // The share of the new pass in a texel.
 float new_share(uint state) {
     bool starts = push.known == 0u || (state & PROBE_FRESH) != 0u;
-    return starts ? 1.0 : frame.light_pass == 0u ? 1.0 - HYSTERESIS : frame.light_share;
+    return starts ? 1.0 : frame.light_pass > 0u ? frame.light_share : push.known == 2u ? 1.0 : 1.0 - HYSTERESIS;
+}
+
+// Of distances, per thread.
+const uint DISTANCES = DISTANCE_SIDE * DISTANCE_SIDE / 64u;
+
+uvec2 distance_texel(uint thread, uint k) {
+    uint t = 64u * k + thread;
+    return uvec2(t % DISTANCE_SIDE, t / DISTANCE_SIDE);
+}
+
+// A texel of the map that begins at `first`, and its copies in the border.
+void keep_light(uint first, uvec2 texel, vec4 found, float share) {
+    uint place = first + texel_place(ivec2(texel), LIGHT_SIDE);
+    COUNT(WORDS, share < 1.0 ? 4u : 0u);
+    found = share < 1.0 ? mix(probe_light[place], found, share) : found;
+    probe_light[place] = found;
+    ivec2 border[3];
+    uint copies = border_of(texel, LIGHT_SIDE, border);
+    for (uint k = 0u; k < 3u; k++) {
+        if ((copies & 1u << k) != 0u) {
+            probe_light[first + texel_place(border[k], LIGHT_SIDE)] = found;
+        }
+    }
+}
+
+void keep_distances(uint first, uvec2 texel, vec2 found, float share) {
+    uint place = first + texel_place(ivec2(texel), DISTANCE_SIDE);
+    COUNT(WORDS, share < 1.0 ? 2u : 0u);
+    found = share < 1.0 ? mix(probe_distances[place], found, share) : found;
+    probe_distances[place] = found;
+    ivec2 border[3];
+    uint copies = border_of(texel, DISTANCE_SIDE, border);
+    for (uint k = 0u; k < 3u; k++) {
+        if ((copies & 1u << k) != 0u) {
+            probe_distances[first + texel_place(border[k], DISTANCE_SIDE)] = found;
+        }
+    }
 }
 
 void main() {
@@ -37,58 +74,39 @@ void main() {
         return;
     }
     float share = new_share(probe.state);
-    uint rays = index * PROBE_RAYS;
+    bool lights_alone = push.step == 1u; // the distances are those of a pass before over the same rays
+    float most = MOST_DISTANCE * probe_grids[index / PROBES_PER_GRID].spacing;
     uint thread = gl_LocalInvocationID.x;
-    ivec2 border[3];
-    {
-        uvec2 texel = uvec2(thread % LIGHT_SIDE, thread / LIGHT_SIDE);
-        vec3 n = texel_way(texel, LIGHT_SIDE);
-        vec4 sum = vec4(0.0);
-        float total = 0.0;
-        for (uint i = 0u; i < PROBE_RAYS; i++) {
-            float weight = max(dot(n, probe_ways[i]), 0.0);
-            sum += weight * vec4(probe_rays[rays + i].light, probe_rays[rays + i].open);
-            total += weight;
-        }
-        COUNT(WORDS, 7u * PROBE_RAYS + 4u);
-        uint first = index * LIGHT_TEXELS;
-        uint place = first + texel_place(ivec2(texel), LIGHT_SIDE);
-        vec4 found = total > 0.0 ? sum / total : vec4(0.0);
-        found = share < 1.0 ? mix(probe_light[place], found, share) : found;
-        probe_light[place] = found;
-        uint copies = border_of(texel, LIGHT_SIDE, border);
-        for (uint k = 0u; k < 3u; k++) {
-            if ((copies & 1u << k) != 0u) {
-                probe_light[first + texel_place(border[k], LIGHT_SIDE)] = found;
-            }
+    uvec2 light_texel = uvec2(thread % LIGHT_SIDE, thread / LIGHT_SIDE);
+    vec3 n = texel_way(light_texel, LIGHT_SIDE);
+    vec3 distance_ways[DISTANCES];
+    for (uint k = 0u; k < DISTANCES; k++) {
+        distance_ways[k] = texel_way(distance_texel(thread, k), DISTANCE_SIDE);
+    }
+    vec4 light = vec4(0.0);
+    float total = 0.0;
+    vec3 distances[DISTANCES]; // sums of distances, of their squares, of weights
+    for (uint k = 0u; k < DISTANCES; k++) {
+        distances[k] = vec3(0.0);
+    }
+    for (uint i = 0u; i < PROBE_RAYS; i++) {
+        vec3 way = probe_ways[i];
+        ProbeRay ray = probe_rays[index * PROBE_RAYS + i];
+        float weight = max(dot(n, way), 0.0);
+        light += weight * vec4(ray.light, ray.open);
+        total += weight;
+        float met = min(ray.distance < 0.0 ? -BACK_SHARE * ray.distance : ray.distance, most);
+        for (uint k = 0u; k < (lights_alone ? 0u : DISTANCES); k++) {
+            distances[k] += distance_weight(dot(distance_ways[k], way)) * vec3(met, met * met, 1.0);
         }
     }
-    float most = MOST_DISTANCE * probe_grids[index / PROBES_PER_GRID].spacing;
-    for (uint t = thread; t < DISTANCE_SIDE * DISTANCE_SIDE; t += 64u) {
-        uvec2 texel = uvec2(t % DISTANCE_SIDE, t / DISTANCE_SIDE);
-        vec3 n = texel_way(texel, DISTANCE_SIDE);
-        vec2 sum = vec2(0.0);
-        float total = 0.0;
-        for (uint i = 0u; i < PROBE_RAYS; i++) {
-            float weight = distance_weight(dot(n, probe_ways[i]));
-            float met = probe_rays[rays + i].distance;
-            float distance = min(met < 0.0 ? -BACK_SHARE * met : met, most);
-            sum += weight * vec2(distance, distance * distance);
-            total += weight;
-        }
-        COUNT(WORDS, 4u * PROBE_RAYS + 2u);
-        uint first = index * DISTANCE_TEXELS;
-        uint place = first + texel_place(ivec2(texel), DISTANCE_SIDE);
+    COUNT(WORDS, 8u * PROBE_RAYS);
+    light = total > 0.0 ? light / total : vec4(0.0);
+    keep_light(index * LIGHT_TEXELS, light_texel, light, share);
+    for (uint k = 0u; k < (lights_alone ? 0u : DISTANCES); k++) {
         // Few rays leave a texel without one near it.
-        vec2 found = total > 1e-30 ? sum / total : vec2(most, most * most);
-        found = share < 1.0 ? mix(probe_distances[place], found, share) : found;
-        probe_distances[place] = found;
-        uint copies = border_of(texel, DISTANCE_SIDE, border);
-        for (uint k = 0u; k < 3u; k++) {
-            if ((copies & 1u << k) != 0u) {
-                probe_distances[first + texel_place(border[k], DISTANCE_SIDE)] = found;
-            }
-        }
+        vec2 found = distances[k].z > 1e-30 ? distances[k].xy / distances[k].z : vec2(most, most * most);
+        keep_distances(index * DISTANCE_TEXELS, distance_texel(thread, k), found, share);
     }
     barrier(); // all threads of the group have read the state
     if (thread == 0u) {

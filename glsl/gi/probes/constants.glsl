@@ -7,6 +7,7 @@ layout(constant_id) const uint CASCADES = 1u; // grids, the finest first
 layout(constant_id) const uint PROBE_RAYS = 256u; // per probe and pass
 layout(constant_id) const uint LOBE_RAYS = 4u; // of a rough lobe, at most
 layout(constant_id) const float BIAS = 0.3; // of the look-up: the papers' self-shadow bias
+layout(constant_id) const bool BEHIND = false; // whether probes behind a surface count a little
 layout(constant_id) const bool VISIBILITY = true; // whether probes that a wall hides count for less
 layout(constant_id) const bool CLASSIFY = true; // whether probes that light nothing send no rays
 layout(constant_id) const float HYSTERESIS = 0.0; // share of a texel that one pass leaves of the pass before

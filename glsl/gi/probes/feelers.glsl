@@ -5,7 +5,9 @@
 #include "gi/probes/grid.glsl"
 
 const uint FEELERS = 32u; // rays
-const float INSIDE_SHARE = 0.25; // of them that meet backs: the probe stands in a solid
+// Share of them that meet backs from which on the probe stands in a solid. The paper has a quarter: beyond a corner of
+// a room backs are an eighth.
+const float INSIDE_SHARE = 0.1;
 const float LEAST_CLEARANCE = 0.2; // spacings that a probe keeps off a surface, where there is room
 const float MOST_OFFSET = 0.45; // spacings that a probe is moved along each axis
 

@@ -46,12 +46,13 @@ vec2 moments_of(uint probe, vec3 d) {
 struct Lit {
     vec3 position; // voxels
     vec3 normal; // unit
+    vec3 facet; // unit
     vec3 off; // unit: where the point is looked at from, and the facet; visibility is asked for off the surface
 };
 
 // Of `view`, what lies before the surface counts: the papers' share of normal and view.
 Lit lit_point(vec3 position, vec3 normal, vec3 facet, vec3 view) {
-    return Lit(position, normal, 0.2 * facet + 0.8 * (dot(view, facet) > 0.0 ? view : facet));
+    return Lit(position, normal, facet, 0.2 * facet + 0.8 * (dot(view, facet) > 0.0 ? view : facet));
 }
 
 // The eight probes about a point in a grid; the sum of their weights is 0 where none has light.
@@ -73,7 +74,8 @@ vec4 light_in(uint grid, Lit p, uint bounces, out float total) {
         if (probe.state == PROBE_ACTIVE) {
             vec3 near = max(mix(1.0 - part, part, vec3(step)), vec3(LEAST_NEAR));
             vec3 to = probe.position - p.position;
-            float weight = facing_weight(dot(to, p.normal) * inversesqrt(max(dot(to, to), 1e-12)));
+            to *= inversesqrt(max(dot(to, to), 1e-12));
+            float weight = facing_weight(dot(to, p.normal), dot(to, p.facet), BEHIND);
             if (VISIBILITY) {
                 vec3 from = seen_from - probe.position;
                 weight *= seen_weight(moments_of(index, from), length(from));

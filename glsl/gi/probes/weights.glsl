@@ -11,11 +11,13 @@ float distance_weight(float cosine) {
     return c16 * c16 * c16 * c2;
 }
 
-// Of a probe by where it stands: `cosine`: of the way to it to the surface's normal. What stands behind the surface
-// keeps a little, or a probe beside a wall would cast a shadow.
-float facing_weight(float cosine) {
+// Of a probe by where it stands; the cosines are those of the way to it to the surface's normal and to its facet. As
+// the papers have it what stands behind the surface counts a little, as long as it sees the place. Where a wall has two
+// sides, probes on its other one then darken it: without `behind` they do not count.
+float facing_weight(float cosine, float facet_cosine, bool behind) {
     float wrapped = 0.5 * cosine + 0.5;
-    return wrapped * wrapped + 0.2;
+    float before = facet_cosine > 0.0 ? wrapped * wrapped : 0.0;
+    return behind ? wrapped * wrapped + 0.2 : before;
 }
 
 // The most of a point at that distance that the probe can see, by Chebyshev's inequality, cubed. `moments`: mean and

@@ -50,11 +50,15 @@ shared! {
     /// What a ray of a probe found; the distance in voxels.
     ProbeRay { light: [f32; 3], open: f32, distance: f32 }
 
-    /// Push constants: the first probe, the step of the pass that places probes, and whether they hold what a pass
-    /// before left.
+    /// Push constants: the first probe, the step of the pass that places probes (of the pass that blends, whether
+    /// distances stay), and whether they hold what a pass before left.
     ProbesPush { first: u32, step: u32, known: u32 }
 }
 
+/// Light of the pass before: there is none; a share of it stays; none of it stays.
+const NONE: u32 = 0;
+const BLENDED: u32 = 1;
+const REPLACED: u32 = 2;
 /// Steps of the pass that places probes.
 const START: u32 = 0;
 const MOVE: u32 = 1;
@@ -163,7 +167,9 @@ impl Gi for Lighting {
     }
 
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
-        let turned = update.mean_pass > 0 || self.settings.hysteresis > 0.0;
+        // Light that is waited for is shown by no frame: nothing of it need be smooth from frame to frame.
+        let lags = self.settings.hysteresis > 0.0 && !update.measured;
+        let turned = update.mean_pass > 0 || lags;
         let mut ways = ways::ways(self.settings.rays, ways::turn(if turned { update.passes } else { 0 }));
         ways.extend(ways::ways(FEELERS, DQuat::IDENTITY));
         r.full_barrier(); // the pass before read them
@@ -171,20 +177,20 @@ impl Gi for Lighting {
         if update.lists {
             self.place(r, ground, update.known);
         }
+        let (names, to) = (["trace 1", "blend 1"], self.lights.len() - 1);
+        let first = Pass { trace: &self.direct, names, to, history: NONE, lights_alone: false };
         // With all bounces, what rays meet reflects the light of the pass before; it is known where there was one.
         match &self.bounced {
             Some(again) if self.bounces == Bounces::All && update.history => {
-                self.light(r, ground, &Pass { trace: again, names: ["trace 1", "blend 1"], to: 0, history: true });
+                self.light(r, ground, &Pass { trace: again, to: 0, history: if lags { BLENDED } else { REPLACED }, ..first });
             }
             // Otherwise the first bounce is lit directly,
-            _ => {
-                let to = self.lights.len() - 1;
-                self.light(r, ground, &Pass { trace: &self.direct, names: ["trace 1", "blend 1"], to, history: false });
-            }
+            _ => self.light(r, ground, &first),
         }
         // and the second one by the first.
         if let Some(second) = self.bounced.as_ref().filter(|_| self.bounces == Bounces::Two) {
-            self.light(r, ground, &Pass { trace: second, names: ["trace 2", "blend 2"], to: 0, history: false });
+            let names = ["trace 2", "blend 2"];
+            self.light(r, ground, &Pass { trace: second, names, to: 0, history: NONE, lights_alone: true });
         }
         if update.measured {
             self.sum(r);
@@ -211,8 +217,10 @@ struct Pass<'a> {
     names: [&'static str; 2],
     /// The light that it fills.
     to: usize,
-    /// Whether that holds the light of the pass before.
-    history: bool,
+    /// Whether that holds the light of the pass before, and what becomes of it.
+    history: u32,
+    /// Whether the rays met what those of the pass before met, so that distances stay.
+    lights_alone: bool,
 }
 
 impl Lighting {
@@ -287,7 +295,7 @@ impl Lighting {
             binds.extend(self.of_rays());
             let binds = self.blend.select(&binds);
             r.in_parts(all, 64, |r, part| {
-                let push = ProbesPush { first: part.start, step: 0, known: pass.history.into() };
+                let push = ProbesPush { first: part.start, step: pass.lights_alone.into(), known: pass.history };
                 r.dispatch(&self.blend, &binds, &push, [part.end - part.start, 1, 1]);
             });
         });

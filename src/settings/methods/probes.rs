@@ -21,7 +21,7 @@ table! {
         "with bounces = all, share of a probe's light that a pass leaves of the pass before while light still changes; 0: every \
          pass has the same directions and replaces the light. Settled light is the mean of passes either way";
         "no time; light lags behind: half of a change is missing after ln 2 / (1 − share) frames";
-        passes: u32 = 24, in "passes" rare, Range::Whole(0, 4096);
+        passes: u32 = 8, in "passes" rare, Range::Whole(0, 4096);
         "with bounces = all, passes that are averaged once the light has converged, until something changes. 0: one set of directions";
         "one pass over the probes each; noise falls with the root of their number";
         bias: f32 = 0.3, in "0.75 spacings" rare, Range::Number(0.0, 2.0);
@@ -33,6 +33,9 @@ table! {
         classify: bool = true, in "switch" rare, Range::Bool;
         "probes in solids, and those without a surface in the cells about them, send no rays and are not read";
         "false: every probe sends rays";
+        behind: bool = false, in "switch" rare, Range::Bool;
+        "probes behind a surface count for a little, as in the papers, or not at all";
+        "none; true: double-sided walls are darker, by a fifth and more with all bounces";
         visibility: bool = true, in "switch" rare, Range::Bool;
         "weigh probes by whether they see the surface, by the distances that they found";
         "false: a little faster, and light comes through walls";

@@ -75,7 +75,7 @@ fn begins(method: Method) -> &'static [Begin] {
         Method::Cones => &[("cones", &["cones.set=g8", "image.interleave=4", SHARED_HALF]), ("cones", &[])],
         Method::Lpv => &[("lpv", &[])],
         Method::Photons => &[("photons", &["photons.diffuse=4", SHARED_HALF]), ("photons", &[])],
-        Method::Probes => &[("probes", &["probes.edge=8", "probes.rays=128"]), ("probes", &[])],
+        Method::Probes => &[("probes", &["probes.edge=4", "probes.rays=128"]), ("probes", &[])],
         _ => &[("fast", &[])],
     }
 }

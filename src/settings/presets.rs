@@ -30,7 +30,7 @@ pub const PRESETS: &[Preset] = &[
     preset("lpv-printed", Settings::lpv_printed, "light propagation volumes by their source's page and author"),
     preset("photons", Settings::photons, "8 shared cones a pixel through photons, lamps sampled"),
     preset("photons-printed", Settings::photons_printed, "the notes on photons as printed, where they can run"),
-    preset("probes", Settings::probes, "16³ irradiance probes of 256 rays, lamps sampled"),
+    preset("probes", Settings::probes, "8³ irradiance probes of 256 rays, lamps sampled"),
 ];
 
 const fn preset(name: &'static str, settings: fn() -> Settings, meaning: &'static str) -> Preset {

@@ -62,7 +62,7 @@ pub struct Cell<'a> {
 pub fn settings(preset: &str, grid: u32) -> Result<Settings> {
     let mut settings = Settings::preset(preset)?;
     settings.of.lpv.edge = (settings.of.lpv.edge * grid / 64).clamp(16, 64);
-    settings.of.probes.edge = (settings.of.probes.edge * grid / 64).clamp(4, 32);
+    settings.of.probes.edge = (settings.of.probes.edge * grid / 64).clamp(4, 16);
     settings.set(&format!("voxels={grid}"))?;
     Ok(settings)
 }

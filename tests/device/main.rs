@@ -55,7 +55,6 @@ mod passes_tree;
 mod passes_voxelise;
 mod photons_light;
 mod probes;
-mod probes_try;
 mod profile_counts;
 mod rays_bounces;
 mod rays_items;

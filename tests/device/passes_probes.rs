@@ -145,10 +145,6 @@ fn evaluate_with(function: Function, inputs: &[Arguments], grid: &twin::Grid, ot
     download(c, &output).expect("outputs")
 }
 
-fn xy(x: f64, y: f64) -> Vec4 {
-    Vec4::new(x as f32, y as f32, 0.0, 0.0)
-}
-
 /// Every texel of the border is written once, by the texel whose direction it has: a look across an edge goes on over the sphere.
 #[test]
 fn the_border_is_the_map_beyond_its_edges() {
@@ -296,7 +292,7 @@ fn the_light_at_a_point_is_its_twin() {
         .collect();
     for behind in [false, true] {
         let mut found = 0;
-        for (p, got) in points.iter().zip(evaluate_with(Function::Light, &inputs, &grid, &[("BEHIND", behind.into())]))
+        for (p, got) in points.iter().zip(evaluate_with(Function::Light, &inputs, &grid, &[("COUNTS_BEHIND", behind.into())]))
         {
             let expected = twin::look_up(&grid, p, 0.3, behind);
             found += usize::from(expected.is_some());

@@ -75,7 +75,7 @@ vec4 light_in(uint grid, Lit p, uint bounces, out float total) {
             vec3 near = max(mix(1.0 - part, part, vec3(step)), vec3(LEAST_NEAR));
             vec3 to = probe.position - p.position;
             to *= inversesqrt(max(dot(to, to), 1e-12));
-            float weight = facing_weight(dot(to, p.normal), dot(to, p.facet), BEHIND);
+            float weight = facing_weight(dot(to, p.normal), dot(to, p.facet), COUNTS_BEHIND);
             if (VISIBILITY) {
                 vec3 from = seen_from - probe.position;
                 weight *= seen_weight(moments_of(index, from), length(from));

@@ -16,7 +16,7 @@ pub fn constants(settings: &Settings) -> Vec<Constant> {
         ("PROBE_RAYS", own.rays.into()),
         ("LOBE_RAYS", own.glossy.into()),
         ("BIAS", own.bias.into()),
-        ("BEHIND", own.behind.into()),
+        ("COUNTS_BEHIND", own.behind.into()),
         ("VISIBILITY", own.visibility.into()),
         ("CLASSIFY", own.classify.into()),
         ("HYSTERESIS", own.hysteresis.into()),

@@ -292,7 +292,8 @@ fn the_light_at_a_point_is_its_twin() {
         .collect();
     for behind in [false, true] {
         let mut found = 0;
-        for (p, got) in points.iter().zip(evaluate_with(Function::Light, &inputs, &grid, &[("COUNTS_BEHIND", behind.into())]))
+        for (p, got) in
+            points.iter().zip(evaluate_with(Function::Light, &inputs, &grid, &[("COUNTS_BEHIND", behind.into())]))
         {
             let expected = twin::look_up(&grid, p, 0.3, behind);
             found += usize::from(expected.is_some());

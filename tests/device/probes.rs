@@ -85,7 +85,7 @@ fn visibility_keeps_light_in_its_room() {
         assert!(dark < most * lit, "wall {wall}, double-sided {double_sided}: {dark} of {lit}");
         let [lit, leaked] = two_rooms(wall, double_sided, &["probes.visibility=false"]);
         println!("without visibility {}", leaked / lit);
-        assert!(leaked > 1e-2 * lit, "without visibility it must leak: {leaked} of {lit}");
+        assert!(leaked > 2e-3 * lit && leaked > 10.0 * dark, "without visibility it must leak: {leaked} of {lit}");
     }
 }
 
@@ -102,6 +102,14 @@ fn cascades_agree_in_even_light() {
     assert!((three / one - 1.0).abs() < 1e-3, "{three} is not {one}");
 }
 
+/// A studio whose camera stands in the room.
+fn in_the_room(scene: &Scene, settings: &Settings) -> Studio {
+    let mut studio = Studio::new(scene, settings);
+    let (eye, target) = (DVec3::new(4.0, 5.0, 7.8), DVec3::new(4.0, 3.0, 0.0));
+    studio.view = View::look_at(eye, target, DVec3::Y, 80f32.to_radians());
+    studio
+}
+
 /// What a frame shows does not depend on the frames before it, without feedback: a renderer whose scene moved shows the same as one that
 /// was made for it, also where grids follow the camera.
 #[test]
@@ -109,16 +117,16 @@ fn a_frame_after_others_is_a_frame_of_its_own() {
     let scene = room();
     for changes in [&["bounces=2"][..], &["bounces=1", "probes.cascades=2"]] {
         let settings = probes(changes);
-        let mut kept = Studio::new(&scene, &settings);
+        let mut kept = in_the_room(&scene, &settings);
         for pose in moved_poses(&scene) {
             let (after, _) = kept.image(&pose);
-            let (alone, _) = Studio::new(&scene, &settings).image(&pose);
-            assert!(after == alone, "{changes:?}");
+            let (alone, _) = in_the_room(&scene, &settings).image(&pose);
+            assert!(after == alone && after.iter().any(|bits| *bits != 0), "{changes:?}");
         }
         kept.view.eye += 2.0 * kept.view.forward;
         let pose = &moved_poses(&scene)[2];
         let (after, _) = kept.image(pose);
-        let mut fresh = Studio::new(&scene, &settings);
+        let mut fresh = in_the_room(&scene, &settings);
         fresh.view = kept.view;
         assert!(after == fresh.image(pose).0, "{changes:?}, the camera moved");
     }
@@ -131,33 +139,35 @@ fn feedback_ends_at_the_same_light() {
     let settings = probes(&["bounces=all", "probes.passes=0"]);
     let [here, there, _] = moved_poses(&scene);
     let numbers = |bits: Vec<u32>| bits.into_iter().map(f32::from_bits).map(f64::from).collect::<Vec<_>>();
-    let mut kept = Studio::new(&scene, &settings);
+    let mut kept = in_the_room(&scene, &settings);
     kept.image(&here);
     let mut after = vec![];
     for _ in 0..20 {
         after = numbers(kept.image(&there).0);
     }
-    let alone = numbers(Studio::new(&scene, &settings).image(&there).0);
+    let alone = numbers(in_the_room(&scene, &settings).image(&there).0);
     let sum: f64 = alone.iter().sum();
     let apart: f64 = after.iter().zip(&alone).map(|(a, b)| (a - b).abs()).sum();
     // The first light ends where a pass changes less than 0.1 %.
     assert!(apart < 5e-3 * sum, "{apart} of {sum}");
 }
 
-/// Frames after which an image of indirect light has come within a tenth of a change of the lights to ten times as much.
+/// Frames after which the green part of the indirect light has come within a tenth of a change of the light from a tenth of it to all.
+/// The brightest channel stays, and with it the scale of stored light.
 fn lag(changes: &[&str]) -> usize {
+    const FRAMES: usize = 90;
     let scene = analytic::furnace(0.5, 0.0, true);
     let view = scene.view(&scene.pose(None, 0.0), 0);
-    let lit = |intensity: f32| {
+    let lit = |green: f32| {
         let mut scene = scene.clone();
         let at = DAffine3::from_translation(DVec3::new(0.6, 0.7, 0.6));
-        scene.add_light(LightKind::Point, Vec3::splat(intensity), at);
+        scene.add_light(LightKind::Point, Vec3::new(1.0, green, 1.0), at);
         scene
     };
-    let (dim, bright) = (lit(1.0), lit(10.0));
-    let settings = probes(&[&["bounces=all", "probes.passes=0", "lights.shadow_rays=1"], changes].concat());
+    let (dim, bright) = (lit(0.1), lit(1.0));
+    let settings = probes(&[&["bounces=all", "probes.edge=4", "probes.rays=64"], changes].concat());
     let pose = dim.pose(None, 0.0);
-    let options = RenderOptions { aovs: vec![Aov::Indirect], ..RenderOptions::new((16, 16), dim.bounds(None)) };
+    let options = RenderOptions { aovs: vec![Aov::Indirect], ..RenderOptions::new((8, 8), dim.bounds(None)) };
     let mut renderer = Renderer::new(&gpu::context(), dim, &pose, settings, options).expect("it fits");
     let shown = |renderer: &mut Renderer, pose| {
         renderer.render(pose, &view).expect("a frame");
@@ -166,21 +176,24 @@ fn lag(changes: &[&str]) -> usize {
     let before = shown(&mut renderer, &pose);
     let pose = bright.pose(None, 0.0);
     renderer.change_scene(bright, &pose, &[]).expect("a change");
-    let frames: Vec<f64> = (0..120).map(|_| shown(&mut renderer, &pose)).collect();
+    let frames: Vec<f64> = (0..FRAMES).map(|_| shown(&mut renderer, &pose)).collect();
     assert_eq!(gpu::context().take_validation_messages(), Vec::<String>::new());
-    let after = frames[119];
-    assert!((after / before - 10.0).abs() < 0.3, "{before}, then {after}");
+    let after = frames[FRAMES - 1];
+    // 0.1 % of change from pass to pass are left out of the first light; noise of a mean over eight passes.
+    assert!((after / before - 10.0).abs() < 0.15, "{before}, then {after}");
     1 + frames.iter().position(|&now| (now - before) / (after - before) >= 0.9).expect("it arrives")
 }
 
-/// How many frames light lags behind: without hysteresis as many as bounces take, with it as ln 0.1 / ln h says and those.
+/// How many frames light lags behind: without hysteresis as many as bounces take, with it as ln 0.1 / ln h says and those; after 65
+/// passes that change nothing else the mean of settled light takes its place.
 #[test]
 fn light_lags_as_hysteresis_says() {
-    let found = ["0", "0.9", "0.97"].map(|h| lag(&[&format!("probes.hysteresis={h}")]));
+    let found = ["0", "0.8", "0.97"].map(|h| lag(&[&format!("probes.hysteresis={h}")]));
     println!("{found:?} frames");
     assert!(found[0] <= 4, "{found:?}");
-    // Feedback of an albedo of .5 makes the slow part of the way up to twice as long.
-    assert!((22..=44).contains(&found[1]) && (76..=152).contains(&found[2]), "{found:?}");
+    // Feedback of an albedo of .5 makes the slow part of the way up to twice as long as 10.3 frames.
+    assert!((10..=24).contains(&found[1]), "{found:?}");
+    assert!((60..=68).contains(&found[2]), "{found:?}");
 }
 
 #[test]

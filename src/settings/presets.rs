@@ -140,8 +140,6 @@ impl Settings {
         probes.lights.voxel_lamp_points = 1;
         // Nothing but rays goes through the base grid.
         probes.voxels = 64;
-        // Neighbours have nothing to share: light is as smooth as probes are far apart.
-        probes.image.interleave = 1;
         probes
     }
 }

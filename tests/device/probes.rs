@@ -179,8 +179,8 @@ fn lag(changes: &[&str]) -> usize {
     let frames: Vec<f64> = (0..FRAMES).map(|_| shown(&mut renderer, &pose)).collect();
     assert_eq!(gpu::context().take_validation_messages(), Vec::<String>::new());
     let after = frames[FRAMES - 1];
-    // 0.1 % of change from pass to pass are left out of the first light; noise of a mean over eight passes.
-    assert!((after / before - 10.0).abs() < 0.15, "{before}, then {after}");
+    // 0.1 % of change from pass to pass are left out of the first light; means over few passes have a noise of 2 %.
+    assert!((after / before - 10.0).abs() < 0.4, "{before}, then {after}");
     1 + frames.iter().position(|&now| (now - before) / (after - before) >= 0.9).expect("it arrives")
 }
 

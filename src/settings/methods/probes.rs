@@ -5,10 +5,10 @@ use crate::settings::{Key, Range, table};
 table! {
     /// The defaults are the preset `probes`.
     Settings as "probes" {
-        edge: u32 = 8, in "probes per edge", Range::PowerOfTwo(4, 32);
+        edge: u32 = 8, in "probes per edge" rare, Range::PowerOfTwo(4, 32);
         "edge of the grids of probes";
         "probes ×8 per doubling, of which those about surfaces send rays";
-        rays: u32 = 256, in "rays", Range::Whole(32, 1024);
+        rays: u32 = 256, in "rays" rare, Range::Whole(32, 1024);
         "rays of each probe in a pass";
         "a ray each, with its shadow rays where it ends";
         cascades: u32 = 1, in "grids" rare, Range::Whole(1, 3);

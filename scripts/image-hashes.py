@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 
-PRESETS = ["fast", "balanced", "accurate", "cones", "corrected", "printed", "lpv", "lpv-printed", "photons", "photons-printed"]
+PRESETS = ["fast", "balanced", "accurate", "cones", "corrected", "printed", "lpv", "lpv-printed", "photons", "photons-printed", "probes"]
 LAYERS = "direct,indirect,ao,normal,depth,albedo,diffuse"
 
 

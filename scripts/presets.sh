@@ -11,12 +11,13 @@ mkdir -p "$out"
 twobounce=target/release/twobounce
 "$twobounce" reference assets/gallery.glb -o "$out/truth.exr" --size "${size}x$size" --noise 8 --depth full
 tiles=()
-for preset in printed corrected corrected-16 cones photons-printed photons lpv-printed lpv fast balanced accurate; do
+for preset in printed corrected corrected-16 cones photons-printed photons lpv-printed lpv fast balanced accurate probes; do
   "$twobounce" render assets/gallery.glb -o "$out/$preset.exr" --size "${size}x$size" --preset "$preset" --set voxels=64 --noise off
   # The first panel of compare.png is the image, the second the truth, both with the exposure of the truth.
   "$twobounce" compare "$out/$preset.exr" "$out/truth.exr" --out "$out/$preset"
   convert "$out/$preset/compare.png" -crop "${size}x$size+0+0" +repage "$out/$preset.png"
-  tiles+=(-label "$preset" "$out/$preset.png")
+  # The picture of all has no place left: the section of `probes` has a picture of its own.
+  [ "$preset" = probes ] || tiles+=(-label "$preset" "$out/$preset.png")
 done
 convert "$out/accurate/compare.png" -crop "${size}x$size+$size+0" +repage "$out/truth.png"
 tiles+=(-label "path-traced, all light" "$out/truth.png")
@@ -31,6 +32,7 @@ cones 1048x281+0+0
 photons 524x281+0+281
 lpv 524x281+524+281
 END
+montage -label probes "$out/probes.png" -geometry "${size}x$size+3+3" -background white -depth 8 -strip docs/methods/probes.png
 # Paths show the same as the path-traced image, and how that looks with noise.
 "$twobounce" render assets/gallery.glb -o "$out/paths.exr" --size "${size}x$size" --preset paths --noise 6
 "$twobounce" compare "$out/paths.exr" "$out/truth.exr" --out "$out/paths"

@@ -217,6 +217,8 @@ impl Frame {
                 known: !unlit,
                 measured: self.light.is_measured(),
                 sky: seen.scene.sky != Vec3::ZERO,
+                passes: self.light.passes(),
+                mean_pass: self.light.mean_pass(),
             };
             self.method.update(r, &self.ground, &update);
             self.all_lit = false;

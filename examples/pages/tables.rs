@@ -30,6 +30,7 @@ pub const ORDER: &[&str] = &[
     "lpv",
     "lpv-printed",
     "paths",
+    "probes",
 ];
 
 /// The presets of `docs/notes/strengths.md`, one for each way to use a method.

@@ -189,7 +189,7 @@ mod tests {
             "✓ geometryShader, for grid.conservative = geometry-shader, as in the presets corrected-16, corrected, printed\n",
             "1: A device\n",
             "cannot be used, it lacks dynamicRendering:\n     ✗ dynamicRendering\n     ✓ scalarBlockLayout",
-            "presets:\n     balanced, fast, accurate, cones, corrected-16, corrected, printed, lpv, lpv-printed, photons, paths, photons-printed run\n   limits",
+            "presets:\n     balanced, fast, accurate, cones, corrected-16, corrected, printed, lpv, lpv-printed, photons, paths, photons-printed, probes run\n   limits",
             "presets:\n     none runs\n     balanced lacks dynamicRendering\n",
             "     printed lacks dynamicRendering, geometryShader, maxPerStageDescriptorStorageImages 7\n",
             "heap 1: 16.00 GiB, shared with it, 3.0 MiB free",

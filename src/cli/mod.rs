@@ -49,8 +49,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 /// Renders glTF scenes with global illumination in Vulkan, and measures error and time against its own path tracer.
 ///
-/// Five methods find the indirect light: exact rays to cached light (the default), voxel cones, photons in voxels, light
-/// propagation volumes, and paths. `twobounce render scene.glb -o image.png` renders a picture.
+/// Six methods find the indirect light: exact rays to cached light (the default), voxel cones, photons in voxels, light
+/// propagation volumes, irradiance probes, and paths. `twobounce render scene.glb -o image.png` renders a picture.
 #[derive(Debug, Parser)]
 #[command(version, subcommand_required = true, arg_required_else_help = true, after_help = OWN_DOCS)]
 struct Cli {

@@ -45,6 +45,8 @@ pub struct LightProgress {
     awaited: bool,
     /// Passes made during this wait.
     awaited_passes: u32,
+    /// Passes made since the light was forgotten.
+    passes: u32,
     /// The number of measurements since the light was first made, and the last one.
     measurements: u32,
     last: Vec<f64>,
@@ -53,7 +55,8 @@ pub struct LightProgress {
 impl LightProgress {
     pub fn new(rules: LightRules) -> Self {
         let awaited = rules.feeds && rules.waits;
-        Self { rules, state: LightState::Unlit, awaited, awaited_passes: 0, measurements: 0, last: Vec::new() }
+        let state = LightState::Unlit;
+        Self { rules, state, awaited, awaited_passes: 0, passes: 0, measurements: 0, last: Vec::new() }
     }
 
     pub fn state(&self) -> LightState {
@@ -89,8 +92,15 @@ impl LightProgress {
         if let LightState::Averaging { passes } = self.state { passes + 1 } else { 0 }
     }
 
+    /// Passes made since the light was forgotten: random directions of a method that leaves a share of the light before
+    /// follow it.
+    pub fn passes(&self) -> u32 {
+        self.passes
+    }
+
     /// A pass over the light was recorded.
     pub fn passed(&mut self) {
+        self.passes = self.passes.wrapping_add(1);
         self.awaited_passes += u32::from(self.awaited);
         self.state = match self.state {
             _ if !self.rules.feeds => LightState::Whole,

@@ -1,6 +1,7 @@
 //! Global illumination: the methods of the list in `src/settings/methods/mod.rs`, and their interface.
 
 mod bounces;
+mod cascades;
 
 use std::sync::Arc;
 
@@ -137,6 +138,10 @@ pub struct Update {
     pub measured: bool,
     /// Whether the sky emits light.
     pub sky: bool,
+    /// Passes that the light went through before this one, since it was last forgotten.
+    pub passes: u32,
+    /// Which of the passes of a mean this one is, from 1 on; 0 before feedback has settled.
+    pub mean_pass: u32,
 }
 
 /// The unit of work of a pass, per which its time is also reported.

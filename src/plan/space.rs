@@ -64,6 +64,9 @@ const LADDERS: &[(&str, &[&str], Use)] = &[
     ("photons.bounce", &["1", "2", "4"], INDIRECT),
     ("photons.glossy", &["2", "4", "8", "16"], LOBES),
     ("paths.paths", &["1", "2", "4", "8", "16"], ALWAYS),
+    ("probes.edge", &["4", "8", "16", "32"], INDIRECT),
+    ("probes.rays", &["32", "64", "128", "256"], INDIRECT),
+    ("probes.glossy", &["1", "2", "4", "8"], LOBES),
 ];
 
 /// A preset with changes.
@@ -78,6 +81,7 @@ fn begins(method: Method) -> &'static [Begin] {
         Method::Lpv => &[("lpv", &[])],
         Method::Photons => &[("photons", &["photons.diffuse=4", SHARED_HALF]), ("photons", &[])],
         Method::Paths => &[("paths", &[])],
+        Method::Probes => &[("probes", &["probes.edge=4", "probes.rays=128"]), ("probes", &[])],
         _ => &[("fast", &[])],
     }
 }

@@ -137,7 +137,7 @@ const TOP: &[Key] = &[
         "method",
         "method",
         names!(Method),
-        "method of indirect light: none, voxel cones as in the talk, exact rays, light propagation volumes, cones through voxel photons, or paths",
+        "method of indirect light: none, voxel cones as in the talk, exact rays, light propagation volumes, cones through voxel photons, irradiance probes, or paths",
         "see the presets",
     ),
     key(

@@ -31,6 +31,7 @@ pub const PRESETS: &[Preset] = &[
     preset("photons", Settings::photons, "8 shared cones a pixel through photons, lamps sampled"),
     preset("paths", Settings::paths, "4 paths a pixel and pass with all bounces: path tracing on the device"),
     preset("photons-printed", Settings::photons_printed, "the notes on photons as printed, where they can run"),
+    preset("probes", Settings::probes, "8³ irradiance probes of 256 rays, lamps sampled"),
 ];
 
 const fn preset(name: &'static str, settings: fn() -> Settings, meaning: &'static str) -> Preset {
@@ -138,5 +139,17 @@ impl Settings {
         let mut printed = Self::photons();
         printed.of.photons = photons::Settings::printed();
         printed
+    }
+
+    /// Irradiance probes as their papers have them, with as many rays at once as an image without passes before it asks
+    /// for.
+    pub fn probes() -> Self {
+        let mut probes = Self { method: Method::Probes, ..Self::default() };
+        probes.lights.shadow_rays = 1;
+        // Each ray of a probe is lit where it ends, and a texel sums up a hundred of them.
+        probes.lights.voxel_lamp_points = 1;
+        // Nothing but rays goes through the base grid.
+        probes.voxels = 64;
+        probes
     }
 }

@@ -57,10 +57,12 @@ pub struct Cell<'a> {
     pub frame_ms: Rc<RefCell<Vec<f64>>>,
 }
 
-/// The settings of a preset on a grid. If light propagation has its own grid, it keeps its proportion to the base grid.
+/// The settings of a preset on a grid. The grids of light propagation and of probes keep their proportion to the base
+/// grid.
 pub fn settings(preset: &str, grid: u32) -> Result<Settings> {
     let mut settings = Settings::preset(preset)?;
     settings.of.lpv.edge = (settings.of.lpv.edge * grid / 64).clamp(16, 64);
+    settings.of.probes.edge = (settings.of.probes.edge * grid / 64).clamp(4, 16);
     settings.set(&format!("voxels={grid}"))?;
     Ok(settings)
 }

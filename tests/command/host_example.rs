@@ -48,7 +48,7 @@ fn an_engines_own_surfaces_are_lit_as_the_renderers() {
     let twobounce = Path::new(env!("CARGO_BIN_EXE_twobounce"));
     let (engine, folder) = (built("gbuffer"), tempfile::tempdir().expect("a folder"));
     let (own, other) = (folder.path().join("own.png"), folder.path().join("render.png"));
-    for method in ["rays", "cones", "photons", "lpv"] {
+    for method in ["rays", "cones", "photons", "lpv", "probes"] {
         let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/cornell-area.glb");
         let (size, method) = ("96x96", format!("method={method}"));
         let mut engine = Command::new(&engine);

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use twobounce::gi::cones::constants::Cones;
 use twobounce::gi::lpv::LpvPush;
+use twobounce::gi::probes::{self, Probe, ProbeGrid, ProbeRay, ProbesPush};
 use twobounce::ground::boxes;
 use twobounce::ground::cells;
 use twobounce::ground::layout::*;
@@ -22,6 +23,7 @@ fn structs_agree_with_the_shaders() {
         "ground/voxelise.frag",
         "gi/rays/light.comp",
         "ground/item_groups.comp",
+        "gi/probes/trace.comp LOOK_UP",
     ] {
         found.extend(shader::structs(name));
     }
@@ -51,6 +53,9 @@ fn structs_agree_with_the_shaders() {
     check("Frame", Frame::FIELDS, size_of::<Frame>());
     check("GridPush", GridPush::FIELDS, size_of::<GridPush>());
     check("SharesPush", SharesPush::FIELDS, size_of::<SharesPush>());
+    check("ProbeGrid", ProbeGrid::FIELDS, size_of::<ProbeGrid>());
+    check("Probe", Probe::FIELDS, size_of::<Probe>());
+    check("ProbeRay", ProbeRay::FIELDS, size_of::<ProbeRay>());
     check("RecordDraw", RecordDraw::FIELDS, size_of::<RecordDraw>());
 }
 
@@ -61,6 +66,16 @@ fn the_push_constants_of_lpv_agree() {
         let push = &shader::structs(shader)["Push"];
         let names: Vec<_> = push.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
         assert_eq!(names, LpvPush::FIELDS, "{shader}");
+    }
+}
+
+#[test]
+fn the_push_constants_of_probes_agree() {
+    for shader in ["place", "feel", "trace", "blend"] {
+        let shader = format!("gi/probes/{shader}.comp");
+        let push = &shader::structs(&shader)["ProbesPush"];
+        let names: Vec<_> = push.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
+        assert_eq!(names, ProbesPush::FIELDS, "{shader}");
     }
 }
 
@@ -76,6 +91,8 @@ fn numbers_agree_with_the_shaders() {
     let glsl = include_str!("../../glsl/ground/constants.glsl");
     let ours = cells::LIT_COUNTS;
     assert!(glsl.contains(&format!("\nconst uint LIT_COUNTS = {ours}u;")), "GLSL has another than {ours}");
+    let (glsl, ours) = (include_str!("../../glsl/gi/probes/feelers.glsl"), probes::FEELERS);
+    assert!(glsl.contains(&format!("\nconst uint FEELERS = {ours}u;")), "GLSL has another than {ours}");
     let (glsl, ours) = (include_str!("../../glsl/ground/layout.glsl"), boxes::MOST_BOXES);
     assert!(glsl.contains(&format!("\nconst uint MOST_BOXES = {ours}u;")), "GLSL has another than {ours}");
 }

@@ -18,6 +18,7 @@ pub mod item_groups;
 pub mod lamps;
 pub mod mips;
 pub mod octahedron;
+pub mod probes;
 pub mod propagation;
 pub mod record;
 pub mod shade;

@@ -6,7 +6,7 @@ use std::io::Write as _;
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
 
-use twobounce::gi::{Method, cones, lpv, paths, photons, rays};
+use twobounce::gi::{Method, cones, lpv, paths, photons, probes, rays};
 use twobounce::ground::constants::{
     DIRECT_FOUND, DIRECT_KEPT, DIRECT_READ, Features, LIT_EACH, LIT_GROUPED, constants, with,
 };
@@ -23,6 +23,7 @@ fn of_method(settings: &Settings) -> Vec<Constant> {
         Method::Lpv => lpv::constants(&settings.of.lpv),
         Method::Paths => paths::constants(settings).to_vec(),
         Method::Photons => photons::constants::constants(&settings.of.photons),
+        Method::Probes => probes::constants::constants(settings),
     }
 }
 

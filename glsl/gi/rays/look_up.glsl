@@ -55,9 +55,8 @@ vec4 look_up_for_view(Surface s, vec3 view, uvec3 place, bool crumb, out vec3 mi
     for (uint i = 0u; i < count; i++) {
         DiffuseRay ray = diffuse_ray(s, f, i, count);
         sum += (1.0 / float(count)) * ray.light;
-        mirrored += feature(FEATURE_SPECULAR)
-            ? (PI / float(count)) * brdf(s, view, ray.way).specular * ray.light.rgb
-            : vec3(0.0);
+        mirrored += feature(FEATURE_SPECULAR) ? (PI / float(count)) * brdf(s, view, ray.way).specular * ray.light.rgb
+                                              : vec3(0.0);
     }
     return sum;
 }

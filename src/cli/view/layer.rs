@@ -262,9 +262,9 @@ mod tests {
                 |name: &String| !name.starts_with("voxels") && !Aov::ALL.iter().any(|aov| aov.name() == *name);
             names.filter(is_of_method).collect::<Vec<_>>().join(", ")
         };
-        let found = ["none", "cones", "rays", "lpv", "photons"].map(offered);
+        let found = ["none", "cones", "rays", "lpv", "photons", "probes"].map(offered);
         let of_rays = "list lengths, light kept, where light is kept";
-        assert_eq!(found, ["", "list lengths, volume", of_rays, "", "list lengths"]);
+        assert_eq!(found, ["", "list lengths, volume", of_rays, "", "list lengths", ""]);
     }
 
     #[test]

@@ -5,12 +5,12 @@
 //! follow Doghramachi, "Rasterized Voxel-Based Dynamic Global Illumination", GPU Pro 4, listing 7.3.
 //! `docs/notes/lpv.md` lists the differences.
 
-mod cascades;
 mod field;
 
 use glam::Vec3;
 
 use super::bounces::{BounceDesc, PerBounce};
+use super::cascades::{self, Cascades};
 use super::{CoarseLight, IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::{Error, Result};
 use crate::ground::Ground;
@@ -76,7 +76,7 @@ impl IndirectMethod for Lighting {
     fn wants(settings: &AllSettings) -> Wants {
         let middle = Vec3::splat(0.5 * settings.voxels as f32);
         Wants {
-            grids: cascades::places(&settings.of.lpv, settings.voxels, middle),
+            grids: cascades::places(nested(&settings.of.lpv, settings.voxels), middle),
             lit_grids: true,
             diffuse: true,
             ..Wants::default()
@@ -140,7 +140,7 @@ impl IndirectMethod for Lighting {
     }
 
     fn grids(&self, eye: Vec3) -> Vec<GridPlace> {
-        cascades::places(&self.settings, self.base_edge, eye)
+        cascades::places(nested(&self.settings, self.base_edge), eye)
     }
 
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
@@ -254,6 +254,10 @@ impl Lighting {
             sum.read("sums", SUM_PARTS),
         ]
     }
+}
+
+fn nested(own: &Settings, base_edge: u32) -> Cascades {
+    Cascades { edge: own.edge, count: own.cascades, base_edge }
 }
 
 /// The lists of the method's own grids, the finest first.

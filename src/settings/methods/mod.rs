@@ -20,6 +20,8 @@ macro_rules! methods {
             Photons = "photons" in photons,
             /// Path tracing: no approximation but noise, which falls with the passes over the image.
             Paths = "paths" in paths,
+            /// Irradiance probes: a grid of points that store the light and the distances around them.
+            Probes = "probes" in probes,
         }
     };
 }

@@ -39,7 +39,7 @@ pub fn expected_items(scene: &Scene, world_from_instance: &[DAffine3], grid: &Gr
                 items += 1.0 + extent.element_sum() + area.min(most).element_sum();
             }
         }
-        let double_sided = scene.materials[mesh.material as usize].double_sided;
+        let double_sided = scene.materials[mesh.material].double_sided;
         Expected { items, sides: if double_sided { 2.0 * items } else { items } }
     };
     let sum = |a: Expected, b: Expected| Expected { items: a.items + b.items, sides: a.sides + b.sides };

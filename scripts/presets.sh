@@ -16,7 +16,7 @@ for preset in printed corrected corrected-16 cones photons-printed photons lpv-p
   # The first panel of compare.png is the image, the second the truth, both with the exposure of the truth.
   "$twobounce" compare "$out/$preset.exr" "$out/truth.exr" --out "$out/$preset"
   convert "$out/$preset/compare.png" -crop "${size}x$size+0+0" +repage "$out/$preset.png"
-  # The picture of all has no place left: the section of `probes` has a picture of its own.
+  # The joint picture has no room for `probes`, so the section of that method has its own picture.
   [ "$preset" = probes ] || tiles+=(-label "$preset" "$out/$preset.png")
 done
 convert "$out/accurate/compare.png" -crop "${size}x$size+$size+0" +repage "$out/truth.png"
@@ -33,7 +33,7 @@ photons 524x281+0+281
 lpv 524x281+524+281
 END
 montage -label probes "$out/probes.png" -geometry "${size}x$size+3+3" -background white -depth 8 -strip docs/methods/probes.png
-# Paths show the same as the path-traced image, and how that looks with noise.
+# The method `paths` converges to the path-traced image; its picture shows it with noise.
 "$twobounce" render assets/gallery.glb -o "$out/paths.exr" --size "${size}x$size" --preset paths --noise 6
 "$twobounce" compare "$out/paths.exr" "$out/truth.exr" --out "$out/paths"
 convert "$out/paths/compare.png" -crop "${size}x$size+0+0" +repage "$out/paths.png"

@@ -1,6 +1,6 @@
-// Random numbers of integers: four for each seed, such as a pixel, a pass and how many were drawn before.
+// Random numbers by a hash of integers. A seed combines, say, the pixel, the pass and the number of earlier draws.
 
-// Four in [0, 1): PCG4D (Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020), upper 24 bits.
+// Four numbers in [0, 1): PCG4D (Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020), upper 24 bits.
 vec4 random_numbers(uvec4 seed) {
     uvec4 v = seed * 1664525u + 1013904223u;
     for (uint round = 0u; round < 2u; round++) {

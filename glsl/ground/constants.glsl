@@ -60,10 +60,9 @@ const uint FEATURE_TANGENTS = 1u << 27; // one of them reads tangents
 const uint FEATURE_MIRRORS = 1u << 28; // some material may be a smooth metal
 const uint FEATURE_QUERY = 1u << 29; // rays are traced by the device's ray queries
 
-const uint FEATURE_SKY_UNSEEN = 64u; // to the viewer, who sees nothing in its place
-const uint FEATURE_POINTS =
-    1u << 30; // textures are looked up at points, and a way through a volume is as long as it is
-const uint FEATURE_DISPERSION = 1u << 31;
+const uint FEATURE_SKY_UNSEEN = 64u; // pixels show transparency in place of the sky
+const uint FEATURE_POINTS = 1u << 30; // textures are sampled at points; volumes attenuate by the exact path length
+const uint FEATURE_DISPERSION = 1u << 31; // some material has dispersion
 
 // Macros: a branch on them is a branch on a constant, which is removed before the driver inlines functions.
 #define feature(bit) ((FEATURES & (bit)) != 0u)

@@ -4,7 +4,7 @@
 // and the mean of the unit directions to the lights, and keep_lobe() returns the share that it keeps. A method that
 // lights other points than the middle of an item's part defines METHOD_POINTS before this file.
 //! per method
-//! with LOOK_UP except none
+//! with LOOK_UP except none paths
 //! given const bool CLIPS_ITEMS = true;
 //! given const bool LIGHTS_FRONTS = false;
 // The includer declares `const bool CLIPS_ITEMS`: whether the triangle is clipped to the voxel (otherwise the point

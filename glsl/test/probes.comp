@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Evaluates one function of the method `probes` at many inputs, to be held against formulas. Not part of a frame.
+// Evaluates one function of the method `probes` for many inputs; tests compare the results with formulas. No frame uses
+// this shader.
 
 #include "gi/probes/feelers.glsl"
 #include "gi/probes/probes_light.glsl"

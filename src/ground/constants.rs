@@ -52,11 +52,11 @@ impl Features {
     pub const MIRRORS: Self = Self(1 << 28);
     /// Whether rays are traced by the device's ray queries.
     pub const QUERY: Self = Self(1 << 29);
-    /// Viewers see nothing where the sky is.
+    /// Pixels show transparency in place of the sky.
     pub const SKY_UNSEEN: Self = Self(64);
-    /// Textures are looked up at points, and a way through a volume is as long as it is: paths are as exact as that.
+    /// Textures are sampled at points, and volumes attenuate light by its exact path length, as paths need it.
     pub const POINTS: Self = Self(1 << 30);
-    /// Some material refracts colours by different angles.
+    /// Some material has dispersion: its refractive index depends on the colour.
     pub const DISPERSION: Self = Self(1 << 31);
 
     /// Whether some material has a texture in slot `slot` of `layout::Material::slots`.

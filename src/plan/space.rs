@@ -35,9 +35,9 @@ const LIT_LAMPS: Use = |needs, method| needs.lamps && GATHERED(needs, method);
 const LOBES: Use = |needs, _| needs.lobes;
 /// Needed if light travels farther than to the first surface.
 const INDIRECT: Use = |_, method| method != Method::None;
-/// And where it is gathered: paths have no lists and share nothing.
+/// Needed if indirect light is gathered from lists; paths have no lists.
 const GATHERED: Use = |needs, method| INDIRECT(needs, method) && method != Method::Paths;
-/// Of use where the ground finds direct light.
+/// Needed if the ground computes direct light.
 const SHADED: Use = |_, method| method != Method::Paths;
 const LAMPS: Use = |needs, method| needs.lamps && SHADED(needs, method);
 const WIDE_LIGHTS: Use = |needs, method| needs.wide_lights && SHADED(needs, method);

@@ -6,12 +6,13 @@ use crate::more;
 
 use std::collections::BTreeMap;
 
+use crate::scenes::{Random, add, triangle};
 use crate::studio::{Studio, asset, moved_poses, room};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use twobounce::gi::rays::inspect::{Inspect, Inspected};
 use twobounce::ground::layout::{Globals, ItemLight, ItemPart, ListItem};
 use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::{Bounds, Scene, View};
+use twobounce::scene::{Bounds, Material, Scene, View};
 use twobounce::settings::Settings;
 use twobounce::vk::{download, upload_into};
 
@@ -148,4 +149,42 @@ fn mirrors_show_no_light_that_nothing_wrote() {
     renderer.render(&pose, &view).expect("a frame");
     assert!(renderer.read().beauty() == first, "the light that was there before is in the image");
     gpu::assert_clean(&context);
+}
+
+/// Loose triangles in the room, most of which are a pixel or two wide.
+fn cloud() -> Scene {
+    let (mut scene, mut random) = (room(), Random::new(3));
+    let loose: Vec<_> = (0..20_000)
+        .map(|_| {
+            let center = random.point() * 7.0 + 0.5;
+            triangle(&mut random, center, 0.3)
+        })
+        .collect();
+    add(&mut scene, &loose, Material { double_sided: true, ..Material::lambert("loose", Vec3::splat(0.5)) });
+    scene
+}
+
+/// Pixels among crumbs take a quarter of the rays. An image of a cloud therefore lights few of its items, and in the mean of its
+/// pixels it is as bright as one with all rays.
+#[test]
+fn a_cloud_of_loose_triangles_lights_a_part_of_its_items_and_loses_no_light() {
+    let scene = cloud();
+    let pose = scene.pose(None, 0.0);
+    let image = |rays: &str| {
+        let mut studio = Studio::of_size(&scene, &gpu::with(Settings::fast(), &["voxels=64", rays]), 64);
+        studio.view = within(scene.bounds(None));
+        let (image, passes) = studio.image(&pose);
+        assert!(passes.contains(&"ask 2"), "light is made on demand: {passes:?}");
+        let lists = studio.renderer.ground().base();
+        let globals: Vec<Globals> = download(&studio.context, &lists.globals).expect("counters");
+        let asked: Vec<u32> = download(&studio.context, &lists.asked_items).expect("flags");
+        let items = globals[0].item_count as usize;
+        let lit = asked[..items].iter().filter(|asked| **asked & ASKED[1] != 0).count();
+        let mean = image.iter().map(|bits| f64::from(f32::from_bits(*bits))).sum::<f64>() / image.len() as f64;
+        (lit as f64 / items as f64, mean)
+    };
+    let ((few, dim), (many, bright)) = (image("rays.diffuse=9"), image("rays.diffuse=36"));
+    assert!(few < 0.25 && many > 1.5 * few, "{few} and {many} of the items are lit for the image");
+    // The noise of 64² pixels with three rays each.
+    assert!((dim / bright - 1.0).abs() < 0.02, "{dim} for {bright}");
 }

@@ -1,4 +1,4 @@
-//! Irradiance probes: functions and passes on the device against their twin. `probes.rs` holds the method as a whole.
+//! The method `probes`: functions and passes on the device against their twin. `probes.rs` tests the method as a whole.
 
 use crate::gpu;
 
@@ -16,7 +16,7 @@ use twobounce::vk::*;
 
 use crate::scenes::Random;
 
-/// The numbers of `evaluate` in the shader.
+/// The functions in the order of their numbers in the shader `glsl/test/probes.comp`.
 #[derive(Clone, Copy)]
 enum Function {
     Texel,
@@ -26,7 +26,7 @@ enum Function {
     Light,
 }
 
-/// Three vectors in, three out.
+/// Three vectors: the inputs or the outputs of one evaluation.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 struct Arguments([[f32; 4]; 3]);
@@ -45,13 +45,13 @@ fn settings(changes: &[&str]) -> Settings {
     gpu::with(Settings::probes(), &[&["probes.edge=4", "probes.rays=64", "voxels=16"], changes].concat())
 }
 
-/// Constants of the method's passes, and others.
+/// The constants of the ground and of the method. `others` replace those of equal names.
 fn constants_of(settings: &Settings, others: &[Constant]) -> Vec<Constant> {
     let ground = twobounce::ground::constants::constants(settings, Default::default());
     with(with(ground, &constants::constants(settings)), others)
 }
 
-/// What the probes of a grid hold, as the device has it.
+/// Buffers on the device with the probes of a grid.
 struct Held {
     probes: Buffer,
     grids: Buffer,
@@ -59,7 +59,7 @@ struct Held {
     light: Buffer,
 }
 
-/// A grid without anything: its probes stand at the middles of their cells.
+/// A grid without light, whose probes are at the middles of their cells.
 fn empty_grid() -> twin::Grid {
     let spacing = 4.0;
     let first = IVec3::new(-1, 2, 5);
@@ -145,7 +145,7 @@ fn evaluate_with(function: Function, inputs: &[Arguments], grid: &twin::Grid, ot
     download(c, &output).expect("outputs")
 }
 
-/// Every texel of the border is written once, by the texel whose direction it has: a look across an edge goes on over the sphere.
+/// Every texel of the border is written once, by the texel of its direction, so that filtering is continuous across the edges.
 #[test]
 fn the_border_is_the_map_beyond_its_edges() {
     for side in [LIGHT_SIDE, DISTANCE_SIDE] {
@@ -158,7 +158,7 @@ fn the_border_is_the_map_beyond_its_edges() {
         for (texel, y) in texels.iter().zip(evaluate_all(Function::Texel, &inputs, &empty_grid())) {
             let way = Vec4::from(y.0[0]).truncate().as_dvec3();
             let expected = twin::texel_way(*texel, side);
-            assert!(way.abs_diff_eq(expected, 1e-6), "{texel} of {side}: {way} is not {expected}"); // f32
+            assert!(way.abs_diff_eq(expected, 1e-6), "{texel} of {side}: {way} is not {expected}"); // rounding of f32
             written[twin::texel_index(*texel, side)] += 1;
             let copies = y.0[0][3] as u32;
             let border = [[y.0[1][0], y.0[1][1]], [y.0[1][2], y.0[1][3]], [y.0[2][0], y.0[2][1]]];
@@ -180,7 +180,7 @@ fn a_look_up_finds_the_four_texels_about_a_direction() {
     let ways: Vec<DVec3> = axes.into_iter().chain((0..200).map(|_| random.direction())).collect();
     let inputs: Vec<_> = ways.iter().map(|d| Arguments::of(d.as_vec3().extend(8.0), Vec4::ZERO, Vec4::ZERO)).collect();
     for (way, y) in ways.iter().zip(evaluate(Function::About, &inputs, &empty_grid())) {
-        // Linear in the directions' x between texels: the mean of four directions is near the one that is looked up.
+        // The bilinear mean of the four texels' directions is near the direction of the look-up.
         let (first, part) = (y.x as i32, DVec2::new(f64::from(y.y), f64::from(y.z)));
         let corner = IVec2::new(first % (LIGHT_SIDE + 2), first / (LIGHT_SIDE + 2)) - 1;
         assert!(corner.min_element() >= -1 && corner.max_element() < LIGHT_SIDE && part.min_element() >= 0.0);
@@ -188,7 +188,7 @@ fn a_look_up_finds_the_four_texels_about_a_direction() {
         let at = corner.as_dvec2() + part;
         let place = (at + 0.5) * (2.0 / f64::from(LIGHT_SIDE)) - 1.0;
         let there = twin::way_at(place);
-        assert!(there.abs_diff_eq(*way, 1e-5), "{way}: {there}"); // f32 on a map of ten texels
+        assert!(there.abs_diff_eq(*way, 1e-5), "{way}: {there}"); // rounding of f32 on a map of ten texels
     }
 }
 
@@ -229,13 +229,13 @@ fn weights_are_their_formulas() {
             twin::seen_weight(DVec2::new(n[2], n[3]), n[4]),
         ];
         for (got, expected) in y.to_array().into_iter().zip(expected) {
-            // The difference of two squares in f32: up to 16 times their rounding over a variance of a tenth.
+            // The tolerance is the rounding of a difference of two squares in f32, up to 16, divided by a variance of a tenth.
             assert!((f64::from(got) - expected).abs() < 2e-4, "{n:?}: {y} is not {expected:?}");
         }
     }
 }
 
-/// A grid that moves keeps the probes of the cells that stay in it, before and behind the origin.
+/// A moving grid keeps the probes of the cells that stay in it, on both sides of the origin.
 #[test]
 fn cells_keep_their_probes() {
     let firsts = [IVec3::ZERO, IVec3::new(-3, 5, 11), IVec3::new(2, -8, -1)];
@@ -252,14 +252,14 @@ fn cells_keep_their_probes() {
     }
 }
 
-/// Random light, distances, offsets and states.
+/// A grid of probes with random light, distances, offsets and states.
 fn random_grid(random: &mut Random) -> twin::Grid {
     let mut grid = empty_grid();
     for probe in &mut grid.probes {
         probe.position += 0.4 * grid.spacing * random.direction();
         probe.active = random.unit() < 0.8;
         let (a, b, c) = (random.direction(), random.direction(), 3.0 * random.unit());
-        // As the device makes the border: from the map.
+        // The border holds the texels of the map, as on the device.
         probe.light = twin::map(LIGHT_SIDE, |d| DVec4::new(2.0 + d.dot(a), 1.0 + d.dot(b), c, 0.5 + 0.5 * d.x));
         probe.distances = twin::map(DISTANCE_SIDE, |d| {
             let mean = 4.0 + 2.0 * d.dot(b);
@@ -317,7 +317,7 @@ fn random_rays(random: &mut Random, count: u32, turn: u32) -> Vec<twin::Ray> {
     ways.iter().map(ray).collect()
 }
 
-/// Light and distances of all texels, with and without the light before, borders included.
+/// The passes write light and distances of all texels, including borders, with and without a blend with earlier light.
 #[test]
 fn texels_blend_rays_as_their_twin() {
     let c = &gpu::context();
@@ -386,15 +386,15 @@ fn texels_blend_rays_as_their_twin() {
             for ((got, before), new) in got.iter().zip(before).zip(expected) {
                 let expected = before.lerp(new, taken);
                 let got = DVec2::new(f64::from(got[0]), f64::from(got[1]));
-                // Fiftieth powers in f32, of distances up to ten.
+                // The tolerance is the rounding of fiftieth powers in f32, times distances up to ten.
                 assert!(got.abs_diff_eq(expected, 2e-3), "probe {index}: {got}, {expected}");
             }
         }
     }
 }
 
-/// Probes about a wall that is a plane: they start at the middles of the cells about which something is listed, move off the wall, and
-/// those that stay behind it are switched off.
+/// Probes about a plane wall start at the middles of cells with list items about them, and move off the wall. Those that stay
+/// behind it are switched off.
 #[test]
 fn probes_find_their_places_as_their_twin() {
     let c = &gpu::context();
@@ -408,7 +408,7 @@ fn probes_find_their_places_as_their_twin() {
     ways.extend(ways::ways(FEELERS, ways::turn(0)));
     let feelers: Vec<DVec3> = ways[64..].iter().map(|way| Vec3::from(*way).as_dvec3()).collect();
     let ways = upload(c, "ways", &ways).expect("an upload");
-    // The wall's front looks along +x; it stands a little beyond the middles of the second layer of cells.
+    // The wall's front faces +x; the wall is a little beyond the middles of the second layer of cells.
     let wall = grid.corner.x + 1.6 * grid.spacing;
     let felt = |position: DVec3| -> Vec<(DVec3, f64)> {
         let met = |way: &DVec3| {
@@ -418,7 +418,7 @@ fn probes_find_their_places_as_their_twin() {
         };
         feelers.iter().map(met).collect()
     };
-    // The last layer of cells along x is too far from the wall's cells to be asked.
+    // The last layer of cells along x is too far from the wall's cells for a look-up.
     let heads: Vec<u32> = cells().map(|local| u32::from(local.x == 1)).collect();
     let heads = upload(c, "heads", &heads).expect("an upload");
     let felt_now = |held: &Held| {
@@ -453,7 +453,8 @@ fn probes_find_their_places_as_their_twin() {
         assert_eq!(probe.cell, <[i32; 3]>::from(cell));
         states.insert(local.x, (active, expected.x > wall));
     }
-    // Behind the wall, a quarter of a cell from it: through it; farther behind: off; before it: as they were; too far: off.
+    // For each layer along x: whether probes are active, and whether they are before the wall. Layer 0 is far behind the wall.
+    // Layer 1 is a quarter of a cell behind it and moves through it. Layer 2 is before it. Layer 3 has no list items near.
     let expected = [(0, (false, false)), (1, (true, true)), (2, (true, true)), (3, (false, true))];
     assert_eq!(states.into_iter().collect::<Vec<_>>(), expected);
 }

@@ -1,6 +1,6 @@
-//! The method `paths` against the CPU's path tracer, with which it shares the scene and no code: per pixel and over the image the
-//! means agree within the noise of both, for every kind of light and material. And the same bits in two runs, a furnace, and its
-//! estimate of noise.
+//! The method `paths` against the CPU's path tracer, with which it shares the scene and no code. Their means agree within the
+//! noise of both, per pixel and over the image, for every kind of light and material. Further tests compare two runs bit by bit,
+//! render a furnace, and check the estimate of noise.
 
 use std::f64::consts::PI;
 
@@ -22,16 +22,16 @@ use crate::more;
 use crate::studio::asset;
 use crate::{deform, gloss, traced};
 
-/// Independent parts of both means: the spread of these is the noise.
+/// The number of independent parts of both means; the spread of the parts measures the noise.
 const PARTS: u32 = 32;
 
-/// A scene from one place, and how long both look at it.
+/// A scene, a camera and the number of samples.
 struct Case {
     scene: Scene,
     pose: Pose,
     view: View,
     size: u32,
-    /// Samples a pixel and part, of both.
+    /// Samples per pixel and part, for both renderers.
     samples: u32,
     bounces: &'static str,
 }
@@ -53,7 +53,7 @@ impl Case {
     }
 }
 
-/// Images, one per part.
+/// One image per part: RGB radiance per pixel.
 type Parts = Vec<Vec<[f32; 3]>>;
 
 fn settings(case: &Case) -> Settings {
@@ -61,8 +61,8 @@ fn settings(case: &Case) -> Settings {
     gpu::with(Settings::preset("paths").expect("a preset"), &own.each_ref().map(String::as_str))
 }
 
-/// A part is some passes of one path a pixel: the difference of two means. More passes, and not more paths, since each has places of
-/// its own within pixels.
+/// Images of the method. A part is the mean of some passes with one path per pixel, from the difference of two means. Each pass
+/// has its own sample positions within pixels, so the number of passes grows rather than that of paths.
 fn by_paths(case: &Case) -> Parts {
     let context = gpu::context();
     let options = RenderOptions::new((case.size, case.size), case.scene.bounds(None));
@@ -92,7 +92,7 @@ fn by_paths(case: &Case) -> Parts {
     parts
 }
 
-/// A part has random numbers of its own.
+/// Images of the CPU's path tracer. Each part has its own random numbers.
 fn by_reference(case: &Case) -> Parts {
     let depth = match case.bounces {
         "all" => Depth::Full,
@@ -108,16 +108,16 @@ fn by_reference(case: &Case) -> Parts {
     (0..PARTS).map(part).collect()
 }
 
-/// Mean of the parts, and the variance of that mean.
+/// The mean of the parts, and the variance of that mean.
 fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     let n = f64::from(PARTS);
     let mean = values.clone().sum::<f64>() / n;
     (mean, values.map(|v| (v - mean).powi(2)).sum::<f64>() / (n * (n - 1.0)))
 }
 
-/// Beyond which |t| of Student's distribution with so many degrees of freedom is with probability `p`.
+/// The limit that |t| of Student's distribution with `freedom` degrees of freedom exceeds with probability `p`.
 fn t_limit(freedom: f64, p: f64) -> f64 {
-    // With t = √freedom · tan a its density is that of a, cos^(freedom − 1) a.
+    // With t = √freedom · tan a, the density over a is proportional to cos^(freedom − 1) a.
     const STEPS: usize = 20_000;
     let density = |a: f64| a.cos().powf(freedom - 1.0);
     let step = PI / 2.0 / STEPS as f64;
@@ -135,16 +135,18 @@ fn t_limit(freedom: f64, p: f64) -> f64 {
 /// The probability that a test of a whole image fails by chance.
 const CHANCE: f64 = 0.0025;
 
-/// What a comparison comes to.
+/// The result of a comparison.
 #[derive(Debug)]
 struct Verdict {
-    /// The largest |t| of a pixel's channel, and the limit with Bonferroni's correction for as many.
+    /// The largest |t| of a channel of a pixel.
     largest: f64,
+    /// The limit of `largest`, with Bonferroni's correction for the number of channels and pixels.
     limit: f64,
-    /// |t| of the whole image's mean, by channels, and its limit.
+    /// The largest |t| of the image's mean among the channels.
     whole: f64,
+    /// The limit of `whole`.
     whole_limit: f64,
-    /// Of the images' means, relative.
+    /// Relative difference of the images' means.
     apart: f64,
 }
 
@@ -154,8 +156,8 @@ fn compare(a: &Parts, b: &Parts) -> Verdict {
     let t = |of: &dyn Fn(&Vec<[f32; 3]>) -> f64| {
         let (of_a, of_b) = (a.iter().map(of).collect::<Vec<_>>(), b.iter().map(of).collect::<Vec<_>>());
         let ((x, vx), (y, vy)) = (moments(of_a.into_iter()), moments(of_b.into_iter()));
-        // The larger of both variances stands for both: a rare bright path that one has missed is missed in its variance too.
-        // Rounding of f32, which is all that tells apart what has no noise, and 1 % of a step of 8 bits.
+        // The larger variance stands for both: a renderer that misses a rare bright path underestimates its variance too. The
+        // tolerance without noise is the rounding of f32 and 1 % of a step of 8 bits.
         let rounding = (1e-5 * x.abs().max(y.abs()) + 4e-5 * 1e-2).powi(2);
         (x - y).abs() / (2.0 * vx.max(vy) + rounding).sqrt()
     };
@@ -177,7 +179,7 @@ fn compare(a: &Parts, b: &Parts) -> Verdict {
     }
 }
 
-/// Whether both agree.
+/// Whether both renderers agree on a case.
 fn holds(case: &Case) -> bool {
     let begins = std::time::Instant::now();
     let own = by_paths(case);
@@ -204,7 +206,7 @@ fn holds(case: &Case) -> bool {
     verdict.largest < verdict.limit && verdict.whole < verdict.whole_limit
 }
 
-/// Looks at all before it fails.
+/// Compares all cases before it fails.
 fn hold(cases: impl Iterator<Item = Case>) {
     let apart: Vec<String> = cases.filter(|case| !holds(case)).map(|case| case.scene.name).collect();
     assert!(apart.is_empty(), "not the path tracer's mean: {apart:?}");
@@ -220,7 +222,7 @@ fn write_pictures(case: &Case, both: [&Parts; 2], folder: &std::path::Path) {
     }
 }
 
-/// A room of side 4 with an open front; albedos of its walls differ.
+/// A room of side 4 with an open front, whose walls have different albedos.
 fn walls(scene: &mut Scene) {
     let quads = [
         ("floor", Vec3::new(0.7, 0.7, 0.6), Vec3::new(-2.0, 0.0, 2.0), Vec3::X * 4.0, Vec3::Z * -4.0),
@@ -240,7 +242,7 @@ fn lamp(scene: &mut Scene, radiance: Vec3) {
     scene.add_mesh(quad, DAffine3::IDENTITY);
 }
 
-/// Spheres, two rows of three, in that room.
+/// The room of `walls` with two rows of three spheres.
 fn balls(name: &str, materials: Vec<Material>) -> Case {
     let mut scene = Scene::empty(name);
     walls(&mut scene);
@@ -322,7 +324,7 @@ fn texture(scene: &mut Scene, side: u32, texel: impl Fn(u32, u32) -> [u8; 4]) ->
     Some(TextureRef { texture, uv_set: 0, transform: glam::Affine2::from_scale(Vec2::splat(2.0)) })
 }
 
-/// A fence with holes, two veils one behind the other, a pane, and a lamp with a picture on it.
+/// A scene with an alpha-masked fence, two blended veils one behind the other, a pane, and a textured lamp.
 fn veils() -> Case {
     let mut scene = Scene::empty("veils");
     walls(&mut scene);
@@ -354,7 +356,7 @@ fn veils() -> Case {
     Case::new(scene).from([0.0, 1.7, 5.5], [0.0, 1.3, 0.0], 40.0)
 }
 
-/// A map with a sun and a softbox, over a metal ball, a dull one and a rough dielectric on a floor.
+/// A sky map with a sun and a softbox over a metal ball, a diffuse one and a rough dielectric on a floor.
 fn sky(turned: f64) -> Case {
     let mut scene = Scene::empty("sky map");
     let sun = DVec3::new(0.5, 0.7, 0.4).normalize();
@@ -386,7 +388,7 @@ fn sky(turned: f64) -> Case {
     Case::new(scene).from([0.0, 1.6, 4.5], [0.0, 0.5, 0.0], 40.0)
 }
 
-/// Lights of every kind, with a radius and without, in a room with many small lamps: more than are sampled one by one.
+/// Lights of every kind, with and without a radius, in a room with so many small lamps that they are sampled through the tree.
 fn lights() -> Case {
     let mut scene = Scene::empty("lights");
     walls(&mut scene);
@@ -416,7 +418,7 @@ fn lights() -> Case {
     Case::new(scene).from([0.0, 1.7, 5.5], [0.0, 1.5, 0.0], 40.0)
 }
 
-/// A skin and a morph target on their way, one of two bars aglow.
+/// An animated skin and morph target on two bars, one of which emits light.
 fn skins() -> Case {
     let scene = Scene { name: "skins".into(), ..deform::room() };
     let playback = Playback { animations: vec![0, 1], repeats: false };
@@ -430,12 +432,12 @@ fn even_sky() -> Case {
     Case::new(scene)
 }
 
-/// Ten kinds, of which the quick test takes all at 32² pixels.
+/// The ten cases; the quick test renders all of them at 32² pixels.
 fn cases() -> Vec<Case> {
     let of_asset = |name: &str| Case::new(asset(name));
     vec![
         of_asset("cornell-point.glb"),
-        // A visible lamp's edges take more places within pixels.
+        // The edges of a visible lamp need more sample positions within pixels.
         Case { samples: 12, ..of_asset("cornell-area.glb").bounces("1") },
         of_asset("gallery.glb"),
         of_asset("two-rooms.glb").bounces("2"),
@@ -472,8 +474,8 @@ fn the_same_bits_twice() {
     assert!(by_paths(&case) == by_paths(&case));
 }
 
-/// A CPU device ends an invocation's loops after 65535 rounds, all of its rays' together: as many paths as a pixel may take in a
-/// pass come to their ends before.
+/// A CPU device ends an invocation's loops after 65535 rounds, counted over all its rays together. The largest number of paths
+/// per pixel and pass ends before that.
 #[test]
 fn no_path_is_cut_off() {
     let context = gpu::counting();
@@ -494,8 +496,8 @@ fn no_path_is_cut_off() {
     assert_eq!(image.rays_cut, 0);
 }
 
-/// A closed room of albedo a that shines everywhere with radiance 1 shows 1 / (1 − a), or as much of the sum of powers of a as
-/// bounces allow.
+/// A closed room of albedo a that emits radiance 1 everywhere has the radiance 1 / (1 − a); with limited bounces, a partial sum
+/// of the powers of a.
 #[test]
 fn a_furnace_is_as_bright_as_its_albedo_says() {
     for (bounces, expected) in [("1", 1.0 + 0.5 + 0.25), ("2", 1.875), ("all", 2.0)] {
@@ -518,7 +520,7 @@ fn a_furnace_is_as_bright_as_its_albedo_says() {
     }
 }
 
-/// A smooth sphere of clear glass under an even sky shows that sky, however often light turns within it.
+/// A smooth sphere of clear glass under a uniform sky shows that sky, for any number of reflections within it.
 #[test]
 fn clear_glass_loses_nothing() {
     let mut scene = Scene { sky: Vec3::ONE, ..Scene::empty("clear") };
@@ -541,7 +543,7 @@ fn clear_glass_loses_nothing() {
     assert!((mean - 1.0).abs() < 0.005, "{mean}");
 }
 
-/// The estimate of an image's noise, half the difference of its even and odd passes, is the error that it has.
+/// The estimate of an image's noise, half the difference of its even and odd passes, matches its error.
 #[test]
 fn its_noise_is_its_error() {
     let case = Case { size: 32, samples: 1, ..Case::new(asset("cornell-point.glb")) };
@@ -563,6 +565,6 @@ fn its_noise_is_its_error() {
     });
     let error = twobounce::layers::relative_noise(pairs.collect::<Vec<_>>().into_iter());
     println!("noise {noise:.4}, error {error:.4}");
-    // The estimate is of 1024 pixels with one difference each, and a few bright paths weigh as much as all others.
+    // The estimate has one difference for each of 1024 pixels, and a few bright paths weigh as much as all others.
     assert!((noise / error - 1.0).abs() < 0.25, "noise {noise}, error {error}");
 }

@@ -1,4 +1,4 @@
-//! Irradiance probes as a whole: images of scenes whose light is known. `passes_probes.rs` holds their passes.
+//! The method `probes` as a whole: images of scenes whose light is known. `passes_probes.rs` tests its passes.
 
 use crate::gpu;
 use crate::studio::{Studio, moved_poses, room};
@@ -18,7 +18,7 @@ fn mean(image: &[[f32; 3]]) -> f64 {
     image.iter().map(|p| f64::from(p[1])).sum::<f64>() / image.len() as f64
 }
 
-/// A closed box whose walls shine and reflect half of what comes: every probe sees the same all around, whatever its weight.
+/// A closed box whose walls emit light and have an albedo of a half: every probe has the same light in all directions.
 #[test]
 fn a_furnace_is_even() {
     for (bounces, expected) in [("bounces=1", 1.5), ("bounces=2", 1.75), ("bounces=all", 2.0)] {
@@ -28,7 +28,7 @@ fn a_furnace_is_even() {
             let settings = probes(&["lights.lamps=gathered", bounces]);
             let image = gpu::render_from(&gpu::context(), &scene, &settings, 16, view).read();
             for p in image.beauty() {
-                // The image is stored in 16 bits; all bounces end where a pass changes less than 0.1 %.
+                // The image has 16 bits per channel. With all bounces, feedback ends when a pass changes less than 0.1 %.
                 let most = if bounces == "bounces=all" { 4e-3 } else { 1e-3 };
                 assert!((f64::from(p[1]) / expected - 1.0).abs() < most, "{bounces}: {p:?} is not {expected}");
             }
@@ -36,7 +36,7 @@ fn a_furnace_is_even() {
     }
 }
 
-/// A plate under a sky of radiance 1: its front is as bright as its albedo times what is open, all of the hemisphere.
+/// A plate under a sky of radiance 1: the radiance of its front is its albedo, since the whole hemisphere is open.
 #[test]
 fn the_sky_arrives_whole() {
     let mut scene = Scene::empty("plate");
@@ -51,7 +51,7 @@ fn the_sky_arrives_whole() {
         let settings = probes(&["grid.side=1", "grid.center=0,0,0", bounces]);
         let renderer = gpu::render_layers(&gpu::context(), &scene, &settings, 8, view, vec![Aov::Ao]);
         let image = renderer.read();
-        // Probes below the plate count for little, and see it in a few directions.
+        // Probes below the plate have small weights, and few of their rays meet it.
         let light = mean(image.beauty());
         assert!((light / 0.5 - 1.0).abs() < 0.02, "{light}");
         let open = mean(image.get(Aov::Ao).expect("a layer"));
@@ -59,7 +59,7 @@ fn the_sky_arrives_whole() {
     }
 }
 
-/// Two closed rooms beside each other with a lamp in one: mean light of the image from within each. `wall`: metres between them.
+/// The mean light of images from within two closed rooms beside each other, with a lamp in one. `wall`: metres between the rooms.
 fn two_rooms(wall: f32, double_sided: bool, changes: &[&str]) -> [f64; 2] {
     let mut scene = Scene::empty("two rooms");
     let material = Material { double_sided, ..Material::lambert("wall", Vec3::splat(0.7)) };
@@ -81,7 +81,7 @@ fn visibility_keeps_light_in_its_room() {
     for (wall, double_sided, most) in [(0.2, false, 1e-3), (0.2, true, 1e-3), (0.02, true, 5e-3)] {
         let [lit, dark] = two_rooms(wall, double_sided, &[]);
         println!("wall {wall}, double-sided {double_sided}: {}", dark / lit);
-        // Moments tell a wall only as sharply as a texel of 1/256 of the sphere shows it.
+        // The moments resolve a wall only to a texel, 1/256 of the sphere.
         assert!(dark < most * lit, "wall {wall}, double-sided {double_sided}: {dark} of {lit}");
         let [lit, leaked] = two_rooms(wall, double_sided, &["probes.visibility=false"]);
         println!("without visibility {}", leaked / lit);
@@ -89,7 +89,7 @@ fn visibility_keeps_light_in_its_room() {
     }
 }
 
-/// A scene that fills the coarsest of three grids gives the same light as with one grid where all grids show the same.
+/// In uniform light three grids give the light that one grid gives, for a scene that fills the coarsest grid.
 #[test]
 fn cascades_agree_in_even_light() {
     let scene = analytic::furnace(0.5, 1.0, false);
@@ -102,7 +102,7 @@ fn cascades_agree_in_even_light() {
     assert!((three / one - 1.0).abs() < 1e-3, "{three} is not {one}");
 }
 
-/// A studio whose camera stands in the room.
+/// A studio whose camera is within the room.
 fn in_the_room(scene: &Scene, settings: &Settings) -> Studio {
     let mut studio = Studio::new(scene, settings);
     let (eye, target) = (DVec3::new(4.0, 5.0, 7.8), DVec3::new(4.0, 3.0, 0.0));
@@ -110,8 +110,8 @@ fn in_the_room(scene: &Scene, settings: &Settings) -> Studio {
     studio
 }
 
-/// What a frame shows does not depend on the frames before it, without feedback: a renderer whose scene moved shows the same as one that
-/// was made for it, also where grids follow the camera.
+/// Without feedback a frame does not depend on the frames before it. A renderer whose scene moved gives the image of a new
+/// renderer, also where grids follow the camera.
 #[test]
 fn a_frame_after_others_is_a_frame_of_its_own() {
     let scene = room();
@@ -132,7 +132,7 @@ fn a_frame_after_others_is_a_frame_of_its_own() {
     }
 }
 
-/// With all bounces a moved scene ends where a new one does: a closed light, whatever came before.
+/// With all bounces a moved scene converges to the light of a new renderer, whatever frames came before.
 #[test]
 fn feedback_ends_at_the_same_light() {
     let scene = room();
@@ -148,12 +148,12 @@ fn feedback_ends_at_the_same_light() {
     let alone = numbers(in_the_room(&scene, &settings).image(&there).0);
     let sum: f64 = alone.iter().sum();
     let apart: f64 = after.iter().zip(&alone).map(|(a, b)| (a - b).abs()).sum();
-    // The first light ends where a pass changes less than 0.1 %.
+    // The iteration before the first frame ends when a pass changes less than 0.1 %.
     assert!(apart < 5e-3 * sum, "{apart} of {sum}");
 }
 
-/// Frames after which the green part of the indirect light has come within a tenth of a change of the light from a tenth of it to all.
-/// The brightest channel stays, and with it the scale of stored light.
+/// The number of frames until the green channel of indirect light has made nine tenths of a change, after green light grows
+/// tenfold. The brightest channel stays constant, and with it the scale of stored light.
 fn lag(changes: &[&str]) -> usize {
     const FRAMES: usize = 90;
     let scene = analytic::furnace(0.5, 0.0, true);
@@ -179,19 +179,19 @@ fn lag(changes: &[&str]) -> usize {
     let frames: Vec<f64> = (0..FRAMES).map(|_| shown(&mut renderer, &pose)).collect();
     assert_eq!(gpu::context().take_validation_messages(), Vec::<String>::new());
     let after = frames[FRAMES - 1];
-    // 0.1 % of change from pass to pass are left out of the first light; means over few passes have a noise of 2 %.
+    // The iteration before the first frame leaves a change of 0.1 % per pass; means over few passes have a noise of 2 %.
     assert!((after / before - 10.0).abs() < 0.4, "{before}, then {after}");
     1 + frames.iter().position(|&now| (now - before) / (after - before) >= 0.9).expect("it arrives")
 }
 
-/// How many frames light lags behind: without hysteresis as many as bounces take, with it as ln 0.1 / ln h says and those; after 65
-/// passes that change nothing else the mean of settled light takes its place.
+/// The lag of light in frames. Without hysteresis h it is that of the bounces; with it ln 0.1 / ln h is added. After 65 passes
+/// without another change, the mean of settled light replaces the lagging light.
 #[test]
 fn light_lags_as_hysteresis_says() {
     let found = ["0", "0.8", "0.97"].map(|h| lag(&[&format!("probes.hysteresis={h}")]));
     println!("{found:?} frames");
     assert!(found[0] <= 4, "{found:?}");
-    // Feedback of an albedo of .5 makes the slow part of the way up to twice as long as 10.3 frames.
+    // Feedback at an albedo of 0.5 lengthens the 10.3 frames of hysteresis up to twofold.
     assert!((10..=24).contains(&found[1]), "{found:?}");
     assert!((60..=68).contains(&found[2]), "{found:?}");
 }

@@ -2,16 +2,17 @@
 
 use glam::{DVec2, DVec3, DVec4, IVec2, IVec3};
 
-/// Texels along each side of a map of light, and of distances.
+/// Texels along each side of a map of light.
 pub const LIGHT_SIDE: i32 = 8;
+/// Texels along each side of a map of distances.
 pub const DISTANCE_SIDE: i32 = 16;
 
 fn sign(v: f64) -> f64 {
     if v < 0.0 { -1.0 } else { 1.0 }
 }
 
-/// The direction of a place of the map, in −1…1; places beyond an edge are those of the sphere that the map was unfolded from: the
-/// map goes on there as it is folded back about the edge's middle.
+/// The direction of a place on the octahedral map, in −1…1. Beyond an edge the map continues at the same edge, mirrored about the
+/// edge's middle.
 pub fn way_at(place: DVec2) -> DVec3 {
     let mut at = place;
     if at.x.abs() > 1.0 {
@@ -29,39 +30,39 @@ pub fn way_at(place: DVec2) -> DVec3 {
     p.normalize()
 }
 
-/// The place of a direction on the map, in −1…1.
+/// The place of a direction on the octahedral map, in −1…1.
 pub fn place_of(d: DVec3) -> DVec2 {
     let p = d / (d.x.abs() + d.y.abs() + d.z.abs());
     if p.z < 0.0 { DVec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y)) } else { p.truncate() }
 }
 
-/// The direction of a texel's middle; −1 and `side` are the border.
+/// The direction of a texel's middle. The coordinates −1 and `side` are the border.
 pub fn texel_way(texel: IVec2, side: i32) -> DVec3 {
     way_at((texel.as_dvec2() + 0.5) * (2.0 / f64::from(side)) - 1.0)
 }
 
-/// Index among a map's texels, its border included.
+/// The index of a texel in a map with its border.
 pub fn texel_index(texel: IVec2, side: i32) -> usize {
     ((texel.y + 1) * (side + 2) + texel.x + 1) as usize
 }
 
-/// All texels of a map, its border included, each as `of` its direction says.
+/// All texels of a map with its border; `of` gives the texel of a direction.
 pub fn map<T>(side: i32, of: impl Fn(DVec3) -> T) -> Vec<T> {
     let texels = (-1..=side).flat_map(|y| (-1..=side).map(move |x| IVec2::new(x, y)));
     texels.map(|texel| of(texel_way(texel, side))).collect()
 }
 
-/// What a ray found.
+/// The result of a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
     pub way: DVec3,
     pub light: DVec3,
     pub open: f64,
-    /// Negative where it met the back of a surface.
+    /// Distance in voxels; negative for the back of a surface.
     pub distance: f64,
 }
 
-/// A texel of light: the mean of what rays found, by the cosine.
+/// A texel of light: the mean of the rays' light, weighted by the cosine to `n`.
 pub fn light(rays: &[Ray], n: DVec3) -> DVec4 {
     let mean = |sum: (DVec4, f64), ray: &Ray| {
         let weight = n.dot(ray.way).max(0.0);
@@ -71,7 +72,7 @@ pub fn light(rays: &[Ray], n: DVec3) -> DVec4 {
     sum / total
 }
 
-/// A texel of distances: mean and mean square, by the cosine's fiftieth power. `most`: what is farther counts as that far.
+/// A texel of distances: mean and mean square, weighted by the cosine's fiftieth power. `most` is the upper limit of distances.
 pub fn distances(rays: &[Ray], n: DVec3, most: f64) -> DVec2 {
     let mean = |sum: (DVec2, f64), ray: &Ray| {
         let weight = n.dot(ray.way).max(0.0).powi(50);
@@ -83,7 +84,7 @@ pub fn distances(rays: &[Ray], n: DVec3, most: f64) -> DVec2 {
     sum / total
 }
 
-/// Linear between the four texels about a direction.
+/// Bilinear filtering of the four texels about a direction.
 pub fn read<T: Copy + std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T>>(map: &[T], side: i32, d: DVec3) -> T {
     let at = (place_of(d) * 0.5 + 0.5) * f64::from(side) - 0.5;
     let least = at.floor();
@@ -93,7 +94,7 @@ pub fn read<T: Copy + std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T>
     row(0) * (1.0 - part.y) + row(1) * part.y
 }
 
-/// By the cosines of the way to the probe to the normal and to the facet. `behind`: as the papers have it.
+/// The weight of a probe by the cosines between its direction and the normal, and the facet normal. `behind`: as in the papers.
 pub fn facing_weight(cosine: f64, facet_cosine: f64, behind: bool) -> f64 {
     let wrapped = ((cosine + 1.0) / 2.0).powi(2);
     if behind {
@@ -105,7 +106,7 @@ pub fn facing_weight(cosine: f64, facet_cosine: f64, behind: bool) -> f64 {
     }
 }
 
-/// Chebyshev's bound on the share of what is seen at a distance, cubed.
+/// Chebyshev's upper bound on the visibility of a point at a distance, cubed.
 pub fn seen_weight(moments: DVec2, distance: f64) -> f64 {
     let variance = (moments.y - moments.x * moments.x).abs();
     if distance <= moments.x { 1.0 } else { (variance / (variance + (distance - moments.x).powi(2))).powi(3) }
@@ -115,14 +116,14 @@ pub fn crushed(weight: f64) -> f64 {
     if weight < 0.2 { weight.powi(3) / 0.04 } else { weight }
 }
 
-/// A grid of probes: all of them, by their cells.
+/// A grid of probes.
 #[derive(Clone, Debug)]
 pub struct Grid {
     pub edge: i32,
     pub corner: DVec3,
     pub spacing: f64,
     pub first: IVec3,
-    /// Place, whether it is read, maps of light and of distances; z-major by the cell modulo the edge.
+    /// All probes, z-major by the cell modulo the edge.
     pub probes: Vec<Probe>,
 }
 
@@ -141,7 +142,7 @@ impl Grid {
     }
 }
 
-/// A point that is lit.
+/// A surface point at which the probes are read.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     pub position: DVec3,
@@ -150,7 +151,7 @@ pub struct Point {
     pub view: DVec3,
 }
 
-/// The light that probes find at a point, with that self-shadow bias.
+/// The light of the probes at a point. `bias` is the self-shadow bias.
 pub fn look_up(grid: &Grid, p: &Point, bias: f64, behind: bool) -> Option<DVec4> {
     let at = (p.position - grid.corner) / grid.spacing - 0.5;
     let base = at.floor().as_ivec3().clamp(IVec3::ZERO, IVec3::splat(grid.edge - 2));
@@ -176,8 +177,8 @@ pub fn look_up(grid: &Grid, p: &Point, bias: f64, behind: bool) -> Option<DVec4>
     (total > 0.0).then(|| sum / total)
 }
 
-/// Where a probe ends that starts at the middle of its cell and moves by what `felt` says of each place: pairs of a direction and a
-/// distance, negative for backs.
+/// The final position of a probe that starts at the middle of its cell. `felt` gives the rays of a position: pairs of a direction
+/// and a distance, negative for back faces.
 pub fn moved(middle: DVec3, spacing: f64, rounds: u32, felt: impl Fn(DVec3) -> Vec<(DVec3, f64)>) -> DVec3 {
     let mut position = middle;
     for _ in 0..rounds {

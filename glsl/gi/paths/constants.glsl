@@ -3,6 +3,6 @@
 #include "ground/constants.glsl"
 
 layout(constant_id) const uint PATHS = 1u; // per fragment and pass
-layout(constant_id) const uint BOUNCES = 1u; // indirect ones; ALL_BOUNCES: all
+layout(constant_id) const uint BOUNCES = 1u; // indirect bounces; ALL_BOUNCES: no limit
 
 const uint ALL_BOUNCES = 1u << 30;

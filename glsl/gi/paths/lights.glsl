@@ -1,35 +1,37 @@
-// Light that a path looks for at its vertices: one point on each kind of light that the scene has.
+// Next-event estimation at the vertices of paths: a vertex samples one point on each kind of light in the scene.
 
 #include "gi/paths/through.glsl"
 #include "ground/lamps.glsl"
 #include "ground/lights.glsl"
 #include "ground/sky.glsl"
 
-const uint KIND_LIGHT = 0u; // points, spots, far lights
+const uint KIND_LIGHT = 0u; // point, spot and directional lights
 const uint KIND_LAMP = 1u;
-const uint KIND_SKY = 2u; // the bright part of a map
+const uint KIND_SKY = 2u; // the bright part of the sky's map
 const uint KINDS_OF_LIGHT = 3u;
 
-// A point on a light, as a place sees it.
+// A sampled point on a light, seen from a surface point.
 struct ToLight {
-    bool any;
-    vec3 way; // unit
+    bool any; // whether the point can light the surface
+    vec3 way; // unit, towards the light
     float distance; // voxels
-    vec3 radiance; // over the density of the point per steradian; of a lamp 1 over it
-    vec3 even; // radiance of a lamp's piece
-    float density; // per steradian, by which it is weighed against what scatters there; 0: nothing scattered finds it
+    vec3 radiance; // radiance divided by the density per steradian; for a lamp 1 divided by the density
+    vec3 even; // radiance of the lamp's triangle
+    float density; // per steradian, for the weight against BSDF sampling; 0: BSDF sampling cannot find the light
 };
 
 const ToLight NO_LIGHT = ToLight(false, vec3(0.0), 0.0, vec3(0.0), vec3(0.0), 0.0);
 
-// The share of a sample whose own way has that density, where another way has `other`: the power heuristic with
-// exponent 2 (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995).
+// The weight of a sample whose technique has the density `own`, where the other technique has `other`. It is the power
+// heuristic with exponent 2 (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering",
+// 1995).
 float power_share(float own, float other) {
     float ratio = other / max(own, 1e-30);
     return 1.0 / (1.0 + ratio * ratio);
 }
 
-// Unit, within a cone about unit `axis` whose half angle has that squared sine, evenly; `versine`: 1 − its cosine.
+// Samples a unit direction uniformly in a cone about unit `axis`. `sine2` is the squared sine of the cone's half angle.
+// `versine` is 1 minus the cosine between the direction and the axis.
 vec3 within_cone(vec3 axis, float sine2, vec2 u, out float versine) {
     versine = u.y * sine2 / (1.0 + sqrt(max(1.0 - sine2, 0.0)));
     float sine = sqrt(max(versine * (2.0 - versine), 0.0));
@@ -37,7 +39,8 @@ vec3 within_cone(vec3 axis, float sine2, vec2 u, out float versine) {
     return normalize(tangent_frame(axis) * vec3(sine * cos(turn), sine * sin(turn), 1.0 - versine));
 }
 
-// One light, taken as often as it is bright here. With a radius it is an even ball, or far away an even disc.
+// Chooses a light with a probability proportional to its irradiance here, and samples a point on it. A light with a
+// radius is a uniform sphere; a directional light is a uniform disc.
 ToLight to_punctual(vec3 position, float choice, vec2 u) {
     float total = 0.0;
     for (uint k = 0u; k < frame.light_count; k++) {
@@ -80,7 +83,7 @@ float piece_shine(Lamp e) {
     return 0.5 * length(cross(e.b - e.a, e.c - e.a)) * e.shine;
 }
 
-// A piece of a few, as often as it shines.
+// Chooses a triangle of a short list of lamps with a probability proportional to its power.
 LampChoice lamp_by_shine(float choice) {
     float left = choice * frame.lamp_shine;
     LampChoice taken = LampChoice(0u, 1.0);
@@ -95,8 +98,8 @@ LampChoice lamp_by_shine(float choice) {
     return taken;
 }
 
-// By how much lamps are looked for along unit d from a place on a surface: with lamp_density() the density of what
-// to_lamp() finds, or about that, where pieces are chosen through the tree.
+// The factor of lamp_density() for unit direction d from a surface point. lamp_density() is the density with which
+// to_lamp() samples, or an approximation of it where the tree chooses the triangle.
 float lamps_sought(vec3 position, vec3 facet, bool both_sides, vec3 d) {
     if (frame.lamp_count == 0u) {
         return 0.0;
@@ -111,16 +114,19 @@ float lamps_sought(vec3 position, vec3 facet, bool both_sides, vec3 d) {
     return abs(dot(d, facet)) / max(irradiance, 1e-20);
 }
 
-// `shine`: the brightest channel of its material's emission, `to_normal`: the cosine between the way and its normal.
+// Density per steradian with which to_lamp() samples a point on a lamp. `sought` comes from lamps_sought(). `shine` is
+// the brightest channel of the material's emission. `to_normal` is the cosine between the direction and the normal.
 float lamp_density(float sought, float shine, float distance, float to_normal) {
     float distance2 = distance * distance;
-    // Points on a piece that is nearer than it is large are seldom near. About as large as all are in the mean.
+    // Where a triangle is nearer than its size, few of its points are near. The mean size of all triangles stands for
+    // the size of this one.
     float size2 = frame.lamp_shine / (float(frame.lamp_count) * shine);
     float about = frame.lamp_tree != 0u ? min(distance2 / size2, 1.0) : distance2 / max(to_normal, 1e-6);
     return sought * shine * about;
 }
 
-// `both_sides`: the surface sends on light from its far side too. `random`: for the side, the piece, the point on it.
+// Samples a point on a lamp. `both_sides`: the surface also transmits light from its far side. `random` chooses the
+// side (x), the triangle (y) and the point on it (z, w).
 ToLight to_lamp(vec3 position, vec3 facet, bool both_sides, vec4 random) {
     bool many = frame.lamp_tree != 0u;
     float side = many && both_sides && random.x < 0.5 ? -1.0 : 1.0;
@@ -147,14 +153,14 @@ ToLight to_lamp(vec3 position, vec3 facet, bool both_sides, vec4 random) {
     return to;
 }
 
-// Squared sines of the half angles of two cones about a light of the sky: as wide as its disc, and twice as wide, since
-// what it stands for need not be round.
+// Squared sines of the half angles of two cones about a light of the sky. The first is as wide as the light's disc. The
+// second is twice as wide, since the bright part of the map need not be round.
 vec2 sky_cones(Light light) {
     vec2 tangent2 = light.radius * light.radius * vec2(1.0, 4.0);
     return tangent2 / (1.0 + tangent2);
 }
 
-// Density per steradian with which to_bright_sky() finds unit d.
+// Density per steradian with which to_bright_sky() samples unit direction d.
 float bright_sky_density(vec3 d) {
     float sum = 0.0;
     float total = 0.0;
@@ -173,7 +179,7 @@ float bright_sky_density(vec3 d) {
     return total > 0.0 ? sum / total : 0.0;
 }
 
-// Towards a bright part of the sky's map.
+// Samples a direction towards the bright part of the sky's map.
 ToLight to_bright_sky(float choice, vec2 u) {
     float total = 0.0;
     for (uint k = 0u; k < frame.light_count; k++) {
@@ -181,7 +187,7 @@ ToLight to_bright_sky(float choice, vec2 u) {
     }
     float left = choice * total;
     uint taken = 0u;
-    float within = 0.0; // where in the share of the light the number lies
+    float within = 0.0; // position of `choice` in the interval of the light, 0 to 1
     bool searching = total > 0.0;
     for (uint k = 0u; k < frame.light_count && searching; k++) {
         float own = lights[k].kind == LIGHT_SKY ? brightest(lights[k].intensity) : 0.0;
@@ -202,7 +208,7 @@ ToLight to_bright_sky(float choice, vec2 u) {
     return to;
 }
 
-// The kinds of light that the scene has, a bit each.
+// A bit for each kind of light that the scene has.
 uint kinds_of_light() {
     uint kinds = frame.lamp_count > 0u ? 1u << KIND_LAMP : 0u;
     for (uint k = 0u; k < frame.light_count; k++) {
@@ -211,7 +217,7 @@ uint kinds_of_light() {
     return kinds;
 }
 
-// Whether what is scattered may meet light.
+// Whether a scattered ray may meet light.
 bool light_is_met() {
     bool sky = feature(FEATURE_SKY_MAP) || any(greaterThan(frame.sky, vec3(0.0)));
     return LAMPS != LAMPS_SAMPLED || frame.lamp_count > 0u || sky;

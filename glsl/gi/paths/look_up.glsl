@@ -1,5 +1,5 @@
-// Method `paths`: paths from what the image sees. Surfaces that a host drew get the same light by the looks that every
-// method has.
+// Method `paths`: paths start at the surfaces that the image shows. Surfaces that a host drew get the same light by the
+// look-ups that every method has.
 
 #include "gi/paths/path.glsl"
 #include "ground/brdf.glsl"
@@ -7,12 +7,12 @@
 
 #define METHOD_SHADES
 
-const bool FINDS_LAMPS = true; // paths meet them
+const bool FINDS_LAMPS = true; // paths meet lamps
 
-// What a pixel sees.
+// The surface point that a sample of a pixel shows.
 struct SeenSurface {
-    uint place; // of its triangle among those recorded
-    bool back;
+    uint place; // index of its triangle among the recorded ones
+    bool back; // whether the viewer sees the back
     vec3 weights; // barycentric
     vec3 view; // unit, towards the viewer
 };
@@ -21,7 +21,7 @@ uvec2 path_seed(uvec2 pixel) {
     return uvec2(pixel.x | pixel.y << 16u, frame.image_pass ^ frame.turn);
 }
 
-// A number by which one of a pixel's samples is chosen.
+// A random number, 0 to 4095, which chooses one of a pixel's samples.
 uint method_sample(uvec2 pixel) {
     return uint(random_numbers(uvec4(path_seed(pixel), ~0u, 1u)).x * 4096.0);
 }
@@ -31,7 +31,7 @@ MethodLight method_shades(SeenSurface seen, uvec2 pixel) {
     return follow_paths(start, path_seed(pixel));
 }
 
-// Share of the hemisphere over a surface from which nothing hides the sky, by one ray.
+// The unoccluded share of the hemisphere over a surface, estimated by one ray.
 float method_open_share(Surface s, uvec2 pixel) {
     vec4 random = random_numbers(uvec4(path_seed(pixel), ~0u, 0u));
     float r = sqrt(random.y);
@@ -41,14 +41,14 @@ float method_open_share(Surface s, uvec2 pixel) {
     return (open.r + open.g + open.b) / 3.0;
 }
 
-// Where no pixel is known, the bits of the place tell paths apart.
+// The seed of a path where no pixel is known: it comes from the bits of the position.
 uvec2 place_seed_of_pass(Surface s, uint look) {
     uvec3 bits = floatBitsToUint(s.position);
     return uvec2(bits.x ^ bits.z * 0x9e3779b9u, bits.y + look * 0x85ebca6bu) ^ uvec2(0u, path_seed(uvec2(0u)).y);
 }
 
-// Stored radiance that comes to a surface along unit d; `found`: the share of lamps, and of the bright part of the sky,
-// that is looked for.
+// Incoming stored radiance of a surface from unit direction d. `found` is the share of the lamps and of the bright
+// part of the sky that the ray adds.
 vec3 light_along(Surface s, vec3 d, float found, uvec2 seed) {
     PathStart start = PathStart(false, 0u, false, vec3(0.0), ray_start(s.position, s.facet, d), d, found);
     MethodLight light = follow_paths(start, seed);

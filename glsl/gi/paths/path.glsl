@@ -1,47 +1,47 @@
-// Paths from what a viewer sees, vertex by vertex. Mirrored and refracted light counts as scattered; light that passes
-// a blended surface or a smooth thin wall does not. Light that is seen, or was scattered once, is direct.
+// Path tracing from the surfaces that a viewer sees. Reflection and refraction count as scattering; a pass through a
+// blended surface or a smooth thin wall does not. Light that is seen or was scattered once is direct light.
 //
-// One loop takes all paths of a pixel one after another, a ray to the next surface and rays to lights a round: lanes
-// whose path has ended begin another one.
+// One loop traces all paths of a pixel one after another. Each round traces a ray to the next surface and rays to
+// lights. A lane whose path has ended begins the next path at once.
 
 #include "common/count.glsl"
 #include "common/random.glsl"
 #include "gi/paths/constants.glsl"
 #include "gi/paths/lights.glsl"
 
-// Where paths begin: at a surface that is seen, or along a ray that was scattered once.
+// The start of a path: at a surface that the viewer sees, or along a ray that was scattered once.
 struct PathStart {
-    bool at_surface;
-    uint place; // of its triangle among those recorded
-    bool back;
+    bool at_surface; // whether it starts at a surface
+    uint place; // index of the surface's triangle among the recorded ones
+    bool back; // whether the viewer sees the back of the surface
     vec3 weights; // barycentric
-    vec3 origin;
+    vec3 origin; // of the ray, voxels
     vec3 d; // unit, from the viewer or along the ray
-    float lights_found; // share of lamps and of the bright part of the sky that such a ray is to find
+    float lights_found; // share of the lamps and of the sky's bright part that the ray adds
 };
 
 struct MethodLight {
     vec3 direct; // radiance
-    vec3 indirect;
+    vec3 indirect; // radiance
 };
 
 struct Path {
-    vec3 origin;
-    vec3 d; // unit
-    float least; // distance from there beyond which a surface is met
-    vec3 throughput;
-    float squeezed; // by how much of it refraction has changed the radiance
-    uint scattered; // times
-    float density; // of d, per steradian; 0: light along it is found in no other way
-    float lamps_sought; // along d from its origin
-    uint channel; // the only one that is left, once colours were refracted apart; 3: all are
+    vec3 origin; // of the ray, voxels
+    vec3 d; // unit, of the ray
+    float least; // least distance of a hit from the origin, voxels
+    vec3 throughput; // per channel
+    float squeezed; // factor of the throughput that comes from refraction, which scales radiance
+    uint scattered; // number of scattering events
+    float density; // of d, per steradian; 0: only this ray can find the light along d
+    float lamps_sought; // result of lamps_sought() for the origin and d
+    uint channel; // the only channel left after dispersion; 3: all channels are left
 };
 
-// Bounces after which paths end by chance, with all bounces.
+// Scattering events before Russian roulette begins, where bounces are unlimited.
 const uint ROULETTE_AFTER = 3u;
-const float MOST_SURVIVE = 0.95; // where nothing absorbs the light
-// After so many fewer go on: a CPU device ends an invocation's loops after 65535 rounds, those of all its rays
-// together.
+const float MOST_SURVIVE = 0.95; // the largest probability of survival
+// Longer paths have a lower limit of survival: a CPU device ends an invocation's loops after 65535 rounds, counted over
+// all its rays together.
 const uint LONG_PATH = 16u;
 const float MOST_SURVIVE_LONG = 0.75;
 
@@ -55,9 +55,9 @@ void add_light(inout MethodLight sum, Path p, vec3 light) {
     sum.indirect += p.scattered <= 1u ? vec3(0.0) : light;
 }
 
-// Radiance of the sky that a path meets.
+// The sky's radiance for a path that leaves the scene, weighted against light sampling.
 vec3 sky_met(Path p, PathStart start) {
-    bool unseen = feature(FEATURE_SKY_UNSEEN) && p.scattered == 0u; // behind a thin wall
+    bool unseen = feature(FEATURE_SKY_UNSEEN) && p.scattered == 0u; // a viewer who looks through a thin wall
     vec3 sky = unseen ? vec3(0.0) : sky_towards(p.d) / frame.scale;
     if (p.density > 0.0) {
         sky *= power_share(p.density, bright_sky_density(p.d));
@@ -69,7 +69,7 @@ vec3 sky_met(Path p, PathStart start) {
     return sky;
 }
 
-// Share of a lamp's light that a path finds which meets it.
+// The weight of a lamp's radiance where a path meets it.
 float lamp_share(Path p, PathStart start, Met met) {
     float shine = brightest(materials[met.triangle.material].emissive);
     float other = lamp_density(p.lamps_sought, shine, met.distance, abs(dot(met.normal, p.d)));
@@ -77,7 +77,7 @@ float lamp_share(Path p, PathStart start, Met met) {
     return first ? start.lights_found : p.density > 0.0 ? power_share(p.density, other) : 1.0;
 }
 
-// Light that comes to a vertex from one point on a light of each kind.
+// Light that a vertex scatters from one sampled point on a light of each kind.
 vec3 light_found(Surface s, Scatterer b, uint kinds, uvec4 seed) {
     bool both_sides = b.chances.z > 0.0 || b.chances.w > 0.0;
     vec3 sum = vec3(0.0);
@@ -110,7 +110,7 @@ vec3 light_found(Surface s, Scatterer b, uint kinds, uvec4 seed) {
     return sum;
 }
 
-// One colour of three goes on where they are refracted apart (KHR_materials_dispersion).
+// The refractive index under dispersion (KHR_materials_dispersion). The path goes on with one of the three channels.
 float dispersed_ior(inout Path p, Surface s, Material m, float choice) {
     float ior = s.ior;
     if (feature(FEATURE_DISPERSION) && m.flags >> MATERIAL_FINISH_SHIFT != 0u) {
@@ -122,14 +122,15 @@ float dispersed_ior(inout Path p, Surface s, Material m, float choice) {
                 left[p.channel] = 3.0 * p.throughput[p.channel];
                 p.throughput = left;
             }
-            // Half the difference of red and blue: (ior − 1) / V / 2, where Abbe's number V is 20 / dispersion.
+            // The offset of red and of blue from green is (ior − 1) / V / 2, where Abbe's number V is 20 / dispersion.
             ior += (max(ior, 1.0) - 1.0) * 0.025 * dispersion * (float(p.channel) - 1.0);
         }
     }
     return max(ior, 1.0);
 }
 
-// Follows a path through the surface that it met: adds the light there, and turns it where it goes on. Whether it does.
+// Handles the surface that a path met: adds the light there, and sets the path's next ray. It returns whether the path
+// goes on.
 bool pass_vertex(inout Path p, inout MethodLight sum, PathStart start, Met met, bool shown, uvec4 seed) {
     Material m = materials[met.triangle.material];
     bool refracts = is_volume(m);
@@ -143,10 +144,10 @@ bool pass_vertex(inout Path p, inout MethodLight sum, PathStart start, Met met, 
         p.throughput *= attenuation(m, (met.distance - p.least) * frame.voxel_m);
     }
     Scatterer b = scatterer(s, -p.d, refracts, inside);
-    // What blending lets through of a surface that is shown is shown by the image itself.
+    // The image itself blends the surfaces that it shows.
     float opacity = shown ? 1.0 : s.opacity;
     if (feature(FEATURE_ALPHA)) {
-        // The view has no backs that are not double-sided.
+        // The image culls the backs of one-sided surfaces.
         bool absent = !shown && p.scattered == 0u && met.dark && !refracts;
         vec3 straight = absent ? vec3(1.0) : mix(vec3(1.0), straight_through(s, b), opacity);
         float passes = brightest(straight);
@@ -195,11 +196,11 @@ bool pass_vertex(inout Path p, inout MethodLight sum, PathStart start, Met met, 
 
 const uint NUMBERS_PER_ROUND = 2u + KINDS_OF_LIGHT;
 
-// The mean light of PATHS paths, radiance. `seed`: two numbers of the pixel and the pass.
+// The mean radiance of PATHS paths. `seed` depends on the pixel and the pass.
 MethodLight follow_paths(PathStart start, uvec2 seed) {
     MethodLight sum = MethodLight(vec3(0.0), vec3(0.0));
     uint path = 0u;
-    uint round = 0u; // of this path
+    uint round = 0u; // number of surfaces that this path has met
     Path p = begin_path(start);
     for (uint k = 0u; k < 65535u && path < PATHS; k++) {
         bool shown = start.at_surface && round == 0u;

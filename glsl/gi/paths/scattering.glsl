@@ -1,6 +1,7 @@
-// How a surface scatters light, without approximations: glTF 2.0, appendix B, and its extensions. A diffuse lobe, one
-// that mirrors, one that transmits and one that is diffuse to the far side; over these sheen, over all a coat. Lobes of
-// GGX below MIN_ALPHA are mirrors. Light that passes a smooth thin wall is not scattered: see straight_through.
+// The BSDF of a surface without approximations: glTF 2.0, appendix B, and its extensions. The base has four lobes:
+// diffuse reflection, specular reflection, specular transmission and diffuse transmission. A layer of sheen covers the
+// base, and a clear coat covers both. GGX lobes below MIN_ALPHA are perfect mirrors. Light that passes a smooth thin
+// wall is not scattered: see straight_through.
 
 #include "common/color.glsl"
 #include "common/directions.glsl"
@@ -9,28 +10,28 @@
 #include "ground/layers.glsl"
 #include "ground/surface.glsl"
 
-// A surface as one viewer sees it. Vectors named so are in the basis of its normal, z along that.
+// The BSDF of a surface for one direction of view. The z axis of a basis is the shading normal.
 struct Scatterer {
     mat3 basis; // columns: tangent, bitangent, the shading normal
     vec3 facet; // unit, on the viewer's side
-    vec3 view; // unit, towards the viewer, in the basis
-    vec2 alphas; // along its x and y
-    bool is_mirror; // the lobes of GGX are
-    bool refracts; // it bounds a volume
-    float ior; // of the far side over that of the viewer's
-    vec3 transmitted; // albedo of that lobe before Fresnel
-    vec4 chances; // with which a path takes the lobes: diffuse, mirrored, transmitted, diffuse to the far side
-    mat3 coat_basis;
-    vec3 coat_view; // in that
-    float coat_alpha;
-    float coat; // share that it reflects towards the viewer
-    float coat_chance;
-    float sheen_chance; // the four lobes share the rest
+    vec3 view; // unit, towards the viewer, in `basis`
+    vec2 alphas; // GGX α along the x and y axes of `basis`
+    bool is_mirror; // whether the GGX lobes of the base are perfect mirrors
+    bool refracts; // whether it bounds a volume
+    float ior; // refractive index of the far side divided by that of the viewer's side
+    vec3 transmitted; // albedo of specular transmission before Fresnel
+    vec4 chances; // probabilities of the base's lobes, in the order given above
+    mat3 coat_basis; // columns: tangent, bitangent, the coat's normal
+    vec3 coat_view; // unit, towards the viewer, in `coat_basis`
+    float coat_alpha; // GGX α of the coat
+    float coat; // share of light that the coat reflects towards the viewer
+    float coat_chance; // probability of the coat's lobe
+    float sheen_chance; // probability of sheen; the base has the rest
 };
 
-const float LEAST_CHANCE = 0.05; // of a lobe that is there, before all are scaled to sum up to 1
+const float LEAST_CHANCE = 0.05; // least weight of a present lobe, before the normalisation to probabilities
 
-// Whether light refracts where it meets the material, and is dimmed on its way through it.
+// Whether the material bounds a volume, which refracts and attenuates light.
 bool is_volume(Material m) {
     bool lets_light_in = m.transmission > 0.0;
     if (feature(FEATURE_DIFFUSE_TRANSMISSION) && m.flags >> MATERIAL_FINISH_SHIFT != 0u) {
@@ -39,7 +40,7 @@ bool is_volume(Material m) {
     return lets_light_in && m.thickness_m > 0.0;
 }
 
-// A shading normal that looks away from the viewer, bent until it does not.
+// Bends a shading normal that faces away from the viewer until it faces the viewer.
 vec3 bent_towards(vec3 normal, vec3 facet, vec3 view) {
     const float LEAST = 1e-3;
     float c = dot(normal, view);
@@ -47,8 +48,8 @@ vec3 bent_towards(vec3 normal, vec3 facet, vec3 view) {
     return c >= LEAST ? normal : dot(bent, view) > 0.0 ? bent : facet;
 }
 
-// Reflectance of a microfacet that light meets under a cosine on the viewer's side; w: what that leaves for the lobes
-// below it.
+// xyz: Fresnel reflectance of a microfacet. w: the share of light left for the diffuse lobes and for transmission.
+// `cosine` is that of the angle of incidence on the viewer's side.
 vec4 fresnel_at(Surface s, Scatterer b, float cosine) {
     float c = clamp(cosine, 0.0, 1.0);
     float sine2 = b.ior < 1.0 && b.refracts ? (1.0 - c * c) / (b.ior * b.ior) : 1.0 - c * c;
@@ -60,24 +61,26 @@ vec4 fresnel_at(Surface s, Scatterer b, float cosine) {
     return sine2 < 1.0 || !b.refracts || b.ior >= 1.0 ? found : vec4(1.0, 1.0, 1.0, 0.0);
 }
 
-// Density of GGX's normals at h, whose z is above 0.
+// GGX density of normals at h, in the basis of the normal. h.z is positive.
 float normal_density(vec2 alphas, vec3 h) {
     vec3 e = vec3(h.xy / alphas, h.z);
     float q = dot(e, e);
     return 1.0 / (PI * alphas.x * alphas.y * q * q);
 }
 
-// Density per steradian of directions mirrored at the normals that `view` sees, where h is the normal between.
+// Density per steradian of the reflection of `view` at visible normals. h is the half vector.
 float mirrored_density(vec2 alphas, vec3 view, vec3 h) {
     return normal_density(alphas, h) * lobe_masking(alphas, view) / (4.0 * view.z);
 }
 
-// Of the light from below the layers, what they let pass that leaves or arrives under that cosine to the base's normal.
+// Share of the base's scattered light that passes the sheen and the coat. `cosine` is that between the direction of
+// light and the base's normal.
 float layers_leave(Surface s, Scatterer b, float cosine) {
     return feature(FEATURE_LAYERS) ? (1.0 - sheen_share(s, b.view.z, cosine)) * (1.0 - b.coat) : 1.0;
 }
 
-// `view`: unit, towards the viewer. `inside`: the viewer is within the volume that the surface bounds.
+// Prepares the BSDF. `view`: unit, towards the viewer. `inside`: the viewer is within the volume that the surface
+// bounds.
 Scatterer scatterer(Surface s, vec3 view, bool refracts, bool inside) {
     Scatterer b;
     vec3 normal = s.normal;
@@ -111,8 +114,8 @@ Scatterer scatterer(Surface s, vec3 view, bool refracts, bool inside) {
     b.coat_chance = 0.0;
     b.sheen_chance = 0.0;
 
-    // A path takes lobes about as often as they are bright, but each that is there now and then: off the mirror's way
-    // it may be.
+    // The probability of a lobe is about proportional to its albedo. Every present lobe has a least probability, since
+    // its albedo may be larger away from the mirror direction.
     vec4 fresnel = fresnel_at(s, b, b.view.z);
     bool reflects = s.f90 > 0.0 || refracts || any(greaterThan(s.f0, vec3(0.0)));
     vec3 diffused = feature(FEATURE_DIFFUSE_TRANSMISSION) ? s.finish.diffused : vec3(0.0);
@@ -120,7 +123,7 @@ Scatterer scatterer(Surface s, vec3 view, bool refracts, bool inside) {
         refracts || !b.is_mirror ? brightest(b.transmitted) : 0.0, brightest(diffused));
     vec4 albedos = vec4(there.x * fresnel.w, brightest(fresnel.rgb), there.z * fresnel.w, there.w * fresnel.w);
     float albedo = dot(albedos, vec4(1.0));
-    // A mirror's way is the only one that it has.
+    // A perfect mirror scatters into one direction alone, so its albedo there is exact.
     vec4 least = LEAST_CHANCE * there * vec4(1.0, b.is_mirror ? 0.0 : 1.0, b.is_mirror ? 0.0 : 1.0, 1.0);
     vec4 chances = max(albedos, least) * vec4(greaterThan(there, vec4(0.0)));
     float sum = dot(chances, vec4(1.0));
@@ -146,7 +149,7 @@ Scatterer scatterer(Surface s, vec3 view, bool refracts, bool inside) {
     return b;
 }
 
-// The surface without its layers where these lie on the other side, outside of the volume that the viewer is in.
+// Removes the layers of a surface whose volume contains the viewer: they lie on its outer side.
 Surface without_outer_layers(Surface s, bool refracts, bool inside) {
     if (feature(FEATURE_LAYERS) && refracts && inside) {
         s.finish.coat = 0.0;
@@ -155,13 +158,13 @@ Surface without_outer_layers(Surface s, bool refracts, bool inside) {
     return s;
 }
 
-// Share of light that passes a smooth thin wall as straight as it came.
+// Share of light that passes a smooth thin wall without a change of direction.
 vec3 straight_through(Surface s, Scatterer b) {
     bool passes = feature(FEATURE_TRANSMISSION) && b.is_mirror && !b.refracts;
     return passes ? b.transmitted * (fresnel_at(s, b, b.view.z).w * layers_leave(s, b, b.view.z)) : vec3(0.0);
 }
 
-// The lobes above the surface, towards l of the basis: f × cosine, and the density with which a path takes them.
+// Reflection towards l, a unit vector in `basis`. rgb: BSDF × cosine. w: density per steradian of a path's choice of l.
 vec4 scattered_above(Surface s, Scatterer b, vec3 l) {
     vec3 h = normalize(b.view + l);
     vec4 fresnel = fresnel_at(s, b, dot(b.view, h));
@@ -174,8 +177,8 @@ vec4 scattered_above(Surface s, Scatterer b, vec3 l) {
     return sum;
 }
 
-// The rough lobe that transmits: through a thin wall the mirrored one on its other side, into a volume refracted
-// (Walter et al., "Microfacet Models for Refraction through Rough Surfaces", 2007).
+// Rough specular transmission, as scattered_above. Through a thin wall it is the reflected lobe, mirrored to the far
+// side. Into a volume it is refracted (Walter et al., "Microfacet Models for Refraction through Rough Surfaces", 2007).
 vec4 transmitted_below(Surface s, Scatterer b, vec3 l) {
     vec3 above = vec3(l.xy, -l.z);
     vec3 h = normalize(b.refracts ? b.view + b.ior * l : b.view + above);
@@ -187,7 +190,7 @@ vec4 transmitted_below(Surface s, Scatterer b, vec3 l) {
     if (b.refracts) {
         float scale = to_view + b.ior * to_light;
         density = 4.0 * density * to_view * b.ior * b.ior * -to_light / max(scale * scale, 1e-20);
-        squeezed = 1.0 / (b.ior * b.ior); // radiance is, where it enters
+        squeezed = 1.0 / (b.ior * b.ior); // refraction scales radiance
     }
     bool sends = h.z > 0.0 && to_view > 0.0 && (!b.refracts || to_light < 0.0);
     float left = fresnel_at(s, b, to_view).w;
@@ -196,14 +199,14 @@ vec4 transmitted_below(Surface s, Scatterer b, vec3 l) {
     return sends ? found : vec4(0.0);
 }
 
-// The lobes below the surface.
+// Transmission towards l, as scattered_above.
 vec4 scattered_below(Surface s, Scatterer b, vec3 l) {
     vec4 sum = vec4(0.0);
     if (feature(FEATURE_TRANSMISSION) && !b.is_mirror && b.chances.z > 0.0) {
         sum += transmitted_below(s, b, l);
     }
     if (feature(FEATURE_DIFFUSE_TRANSMISSION) && b.chances.w > 0.0) {
-        // Fresnel's share is that of the light's mirror image: the specification names none.
+        // The Fresnel term uses the half vector of the mirrored direction of light: the specification names none.
         vec3 above = vec3(l.xy, -l.z);
         float left = fresnel_at(s, b, dot(b.view, normalize(b.view + above))).w;
         sum += vec4(s.finish.diffused * left, b.chances.w) * (above.z / PI);
@@ -211,7 +214,7 @@ vec4 scattered_below(Surface s, Scatterer b, vec3 l) {
     return sum;
 }
 
-// f × |cosine| towards unit d, and the density per steradian with which a path goes there; mirrors left out.
+// rgb: BSDF × |cosine| towards unit d, without perfect mirrors. w: density per steradian with which a path takes d.
 vec4 scattering(Surface s, Scatterer b, vec3 d) {
     vec3 l = d * b.basis;
     bool above = dot(b.facet, d) > 0.0;
@@ -244,16 +247,16 @@ vec4 scattering(Surface s, Scatterer b, vec3 d) {
     return sum;
 }
 
-// Where a path goes on.
+// A sampled direction of scattering.
 struct Scattered {
-    bool any;
+    bool any; // whether the path goes on
     vec3 way; // unit
-    vec3 weight; // f × |cosine| over the density
-    float density; // per steradian; 0: a mirror's
+    vec3 weight; // BSDF × |cosine| divided by the density
+    float density; // per steradian; 0: a perfect mirror
     float squeezed; // factor on radiance by refraction
 };
 
-// By a random number for the lobe, and two for the direction in it.
+// Samples the BSDF. `lobe` and `u` are random numbers for the lobe and for the direction in it.
 Scattered scatter(Surface s, Scatterer b, float lobe, vec2 u) {
     float layers = b.coat_chance + b.sheen_chance;
     bool of_coat = lobe < b.coat_chance;

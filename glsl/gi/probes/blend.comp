@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Brings what a probe's rays found into its texels: light by the cosine, distances by a narrow lobe. A workgroup goes
-// through a probe; a thread writes a texel of light, four of distances, and their copies in the border.
+// Filters the rays of a probe into its texels: light by the cosine, distances by a narrow lobe. A workgroup handles one
+// probe. A thread writes one texel of light, four texels of distances, and their copies in the border.
 #include "common/count.glsl"
 #include "ground/frame.glsl"
 #include "gi/probes/grid.glsl"
@@ -18,19 +18,19 @@ layout(scalar) readonly buffer ProbeRays { ProbeRay probe_rays[]; };
 layout(scalar) buffer ProbeDistances { vec2 probe_distances[]; };
 layout(scalar) buffer ProbeLight { vec4 probe_light[]; };
 
-// A back that a ray meets counts as so much nearer: a probe in a solid then hides itself.
+// Factor of the distance of a hit on a back face: a probe within a solid then hides itself.
 const float BACK_SHARE = 0.2;
-// Distances that say that nothing is in the way, over the spacing of probes: none asks about a point farther away than
-// the diagonal of a cell and what the probe was moved.
+// The largest stored distance, in spacings of probes. No look-up asks for more than a cell's diagonal plus the probe's
+// offset.
 const float MOST_DISTANCE = 2.6;
 
-// The share of the new pass in a texel.
+// Weight of the new pass in a texel, 0 to 1.
 float new_share(uint state) {
     bool starts = push.known == 0u || (state & PROBE_FRESH) != 0u;
     return starts ? 1.0 : frame.light_pass > 0u ? frame.light_share : push.known == 2u ? 1.0 : 1.0 - HYSTERESIS;
 }
 
-// Of distances, per thread.
+// Texels of distances per thread.
 const uint DISTANCES = DISTANCE_SIDE * DISTANCE_SIDE / 64u;
 
 uvec2 distance_texel(uint thread, uint k) {
@@ -38,7 +38,7 @@ uvec2 distance_texel(uint thread, uint k) {
     return uvec2(t % DISTANCE_SIDE, t / DISTANCE_SIDE);
 }
 
-// A texel of the map that begins at `first`, and its copies in the border.
+// Writes a texel of the map that begins at index `first`, and the texel's copies in the border.
 void keep_light(uint first, uvec2 texel, vec4 found, float share) {
     uint place = first + texel_place(ivec2(texel), LIGHT_SIDE);
     COUNT(WORDS, share < 1.0 ? 4u : 0u);
@@ -74,7 +74,7 @@ void main() {
         return;
     }
     float share = new_share(probe.state);
-    bool lights_alone = push.step == 1u; // the distances are those of a pass before over the same rays
+    bool lights_alone = push.step == 1u; // the distances of an earlier pass over the same rays stay
     float most = MOST_DISTANCE * probe_grids[index / PROBES_PER_GRID].spacing;
     uint thread = gl_LocalInvocationID.x;
     uvec2 light_texel = uvec2(thread % LIGHT_SIDE, thread / LIGHT_SIDE);
@@ -104,7 +104,7 @@ void main() {
     light = total > 0.0 ? light / total : vec4(0.0);
     keep_light(index * LIGHT_TEXELS, light_texel, light, share);
     for (uint k = 0u; k < (lights_alone ? 0u : DISTANCES); k++) {
-        // Few rays leave a texel without one near it.
+        // Where rays are few, a texel may have no ray near its direction.
         vec2 found = distances[k].z > 1e-30 ? distances[k].xy / distances[k].z : vec2(most, most * most);
         keep_distances(index * DISTANCE_TEXELS, distance_texel(thread, k), found, share);
     }

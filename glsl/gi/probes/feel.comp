@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// How far a probe sees along a few rays, before it has its place. A workgroup goes through a probe.
+// Traces the few rays by which a probe finds its place, and stores their distances. A workgroup handles one probe.
 #include "ground/ray.glsl"
 #include "gi/probes/feelers.glsl"
 #include "gi/probes/push.glsl"

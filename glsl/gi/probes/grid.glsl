@@ -1,12 +1,12 @@
-// Grids of probes: which probe stands for a cell, and where its texels are. CPU twin: tests/twins/probes.rs.
+// Grids of probes: the probe of each cell, and the layout of its texels. CPU twin: tests/twins/probes.rs.
 
 #include "gi/probes/constants.glsl"
 #include "common/octahedron.glsl"
 
-// A cube of PROBE_EDGE³ cells, a probe each, among the voxels of the base grid.
+// A cube of PROBE_EDGE³ cells with one probe each. Lengths are in voxels of the base grid.
 struct ProbeGrid {
-    vec3 corner; // voxels
-    float spacing; // of its probes, voxels
+    vec3 corner; // least corner, voxels
+    float spacing; // edge of a cell, voxels
     ivec3 first; // its first cell, counted from the base grid's corner
 };
 
@@ -15,7 +15,7 @@ const uint PROBE_FRESH = 2u; // it has no light yet
 
 struct Probe {
     vec3 position; // voxels of the base grid
-    uint state;
+    uint state; // bits PROBE_ACTIVE and PROBE_FRESH
     ivec3 cell; // counted from the base grid's corner
 };
 
@@ -23,14 +23,14 @@ bool is_active(Probe probe) {
     return (probe.state & PROBE_ACTIVE) != 0u;
 }
 
-// What one ray of a probe found.
+// The result of one ray of a probe.
 struct ProbeRay {
-    vec3 light; // stored radiance, the sky's included
-    float open; // share of it that comes from beyond the scene
-    float distance; // voxels; negative where it met the back of a one-sided surface
+    vec3 light; // stored radiance, including the sky's
+    float open; // transmittance to the sky, 0 to 1
+    float distance; // voxels; negative: the back of a one-sided surface
 };
 
-// The probe of a cell: a grid that moves keeps the probes of the cells that stay in it.
+// Index of the probe of a cell. Cells that stay in a moving grid keep their probes.
 uint probe_of(uint grid, ivec3 cell) {
     uvec3 slot = uvec3(cell) & (PROBE_EDGE - 1u);
     return grid * PROBES_PER_GRID + (slot.z * PROBE_EDGE + slot.y) * PROBE_EDGE + slot.x;
@@ -42,24 +42,25 @@ ivec3 cell_of(uint probe, ivec3 first) {
     return first + ivec3((slot - uvec3(first)) & (PROBE_EDGE - 1u));
 }
 
-// Texels of an octahedral map, along each side and with a border of one: what lies beyond an edge of the map.
+// Texels along each side of an octahedral map, and texels of the whole map with its border. The border, one texel wide,
+// repeats the texels beyond the edges.
 const uint LIGHT_SIDE = 8u;
 const uint LIGHT_TEXELS = (LIGHT_SIDE + 2u) * (LIGHT_SIDE + 2u);
 const uint DISTANCE_SIDE = 16u;
 const uint DISTANCE_TEXELS = (DISTANCE_SIDE + 2u) * (DISTANCE_SIDE + 2u);
 
-// Of the middle of a texel, counted without the border.
+// Unit direction of the middle of a texel. Texels are counted without the border.
 vec3 texel_way(uvec2 texel, uint side) {
     return normalize(octahedron_point((vec2(texel) + 0.5) * (2.0 / float(side)) - 1.0));
 }
 
-// Place of a texel among those of its map; −1 and `side` are the border.
+// Index of a texel in its map. The coordinates −1 and `side` are the border.
 uint texel_place(ivec2 texel, uint side) {
     return uint(texel.y + 1) * (side + 2u) + uint(texel.x + 1);
 }
 
-// The texels of the border that show texel (x, y) of the map once more: up to three, and which of them there are. An
-// edge of the map is folded in its middle.
+// The texels of the border that repeat a texel of the map. The result has a bit for each of the three that exists. An
+// edge of the map continues at the same edge, mirrored about its middle.
 uint border_of(uvec2 texel, uint side, out ivec2 border[3]) {
     ivec2 t = ivec2(texel);
     int last = int(side) - 1;
@@ -71,10 +72,10 @@ uint border_of(uvec2 texel, uint side, out ivec2 border[3]) {
     return (at_edge.x ? 1u : 0u) | (at_edge.y ? 2u : 0u) | (all(at_edge) ? 4u : 0u);
 }
 
-// The four texels about a direction.
+// The four texels about a direction, for bilinear filtering.
 struct Texels {
-    uint first; // the place of the least one
-    vec2 part; // the weight of those behind it along each axis
+    uint first; // index of the texel with the least coordinates
+    vec2 part; // weight of the next texels along each axis
 };
 
 Texels texels_about(vec3 d, uint side) {

@@ -1,5 +1,5 @@
-// The light that a surface sends where a ray meets it: its direct light, and what it reflects of the probes' light. As
-// for the items of other methods, all of it is sent evenly.
+// Outgoing radiance of a surface that a ray met: its direct light and its reflection of the probes' light. The radiance
+// is taken as equal in all directions, as for the list items of other methods.
 
 #include "ground/brdf.glsl"
 #include "ground/sent_light.glsl"
@@ -9,7 +9,7 @@ vec3 direct_at(Surface s) {
     return s.unlit ? vec3(0.0) : item_direct_light(s, lobes_at(s, MEAN_COSINE), 0u);
 }
 
-// `view`: unit, towards where the surface is seen from.
+// Reflected light of the probes. `view`: unit, towards the origin of the ray.
 vec3 bounced_at(Surface s, vec3 view, uint bounces) {
     Lobes lobes = lobes_at(s, MEAN_COSINE);
     vec3 evenly = s.diffuse * lobes.diffuse + lobes.sheen;

@@ -1,5 +1,4 @@
-// Method `probes`: what probes about a place hold for diffuse light, exact rays for what is mirrored or seen through
-// glass.
+// Method `probes`: the probes about a point give diffuse light; exact rays give reflection and transmission.
 
 #include "common/directions.glsl"
 #include "common/lobe.glsl"
@@ -12,7 +11,7 @@
 
 const bool FINDS_LAMPS = false;
 
-// Towards whoever looks at a surface; a list item is looked at along its facet.
+// Unit direction towards the viewer. The viewer of a list item looks along its facet normal.
 vec3 looked_from(Surface s) {
 #ifdef LIGHTS_ITEMS
     return s.facet;
@@ -30,22 +29,22 @@ vec3 look_up_specular(Surface s) {
     return look_up_diffuse(s, uvec3(0u)).rgb;
 }
 
-// Surfaces that one ray meets before it ends: it goes on through glass and from mirrors.
+// Most surfaces that one ray meets: it continues through glass and from mirrors.
 const uint MOST_INTERFACES = 16u;
-// Roughness from which on probes show a part of what is mirrored, and from which on all of it: a texel of theirs is
-// light from a whole hemisphere, as a rough lobe is.
+// Above the roughness WIDE_LOBE probes give a part of the reflection, and above WHOLE_LOBE all of it. A probe's texel
+// holds light of a whole hemisphere, which resembles a rough lobe.
 const float WIDE_LOBE = 0.4;
 const float WHOLE_LOBE = 0.7;
 
-// How much of what a metal mirrors it mirrors sharply.
+// Share of a metal's reflection that a mirror ray shows, 0 to 1.
 float mirror_share(Surface s) {
     float metal = 1.0 - s.diffuse_share - s.transmission;
     bool mirrors = !s.unlit && s.opacity == 1.0 && s.transmission == 0.0;
     return mirrors ? metal * (1.0 - smoothstep(0.3, 0.4, s.roughness)) : 0.0;
 }
 
-// Stored radiance along a ray that leaves a surface with normal `facet` along unit d, the sky behind all included.
-// `aperture`, `bright`: as for sky_about. `mirrors`: between the eye and there, each a bounce.
+// Stored radiance along a ray that leaves a surface with facet normal `facet` along unit d, including the sky's.
+// `aperture` and `bright` are those of sky_about. `mirrors` counts the reflections before this ray, each a bounce.
 vec3 seen_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright, uint mirrors) {
     vec3 origin = ray_start(position, facet, d);
     vec3 sum = vec3(0.0);
@@ -61,7 +60,7 @@ vec3 seen_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         bool lit = met.any && !met.dark && mirrors <= BOUNCES;
         float mirrored = feature(FEATURE_MIRRORS) && lit ? mirror_share(s) : 0.0;
         float stays = s.opacity * (1.0 - transmission) * (1.0 - mirrored);
-        // A loop, which a CPU device leaves early.
+        // This loop has at most one round: a CPU device skips a loop that no lane enters.
         for (uint once = 0u; once < (lit && stays > 0.0 ? 1u : 0u); once++) {
             vec3 sent = direct_at(s) + bounced_at(s, -d, BOUNCES - mirrors);
             sum += through * stays * min(sent, vec3(LARGEST_STORED));
@@ -101,7 +100,7 @@ void add_glossy(inout Outgoing sent, Surface s, Viewed v) {
     float wide = reflects ? smoothstep(WIDE_LOBE, WHOLE_LOBE, s.roughness) : 0.0;
     vec3 d = mirrored(s, v.view);
     if (wide > 0.0) {
-        // A rough lobe leans from the mirror's way towards the normal.
+        // The mean direction of a rough lobe lies between the mirror direction and the normal.
         vec3 middle = normalize(mix(d, s.normal, alpha));
         sent.indirect +=
             wide * v.lobes.specular * probes_light(lit_point(s.position, middle, s.facet, v.view), BOUNCES).rgb;

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Where the probes stand: at the middles of the cells about which something is listed (step 0), moved by what a few
-// rays met (step 1), and switched off in solids (step 2). All of it follows from where surfaces are in this frame. A
-// thread per probe of one grid.
+// Places the probes of one grid, one thread per probe. Step 0 puts them at the middles of the cells with list items
+// about them. Step 1 moves them by the distances of a few rays. Step 2 switches off those within solids. The result
+// depends on the surfaces of this frame alone.
 #include "common/count.glsl"
 #include "gi/probes/feelers.glsl"
 #include "gi/probes/push.glsl"
@@ -16,12 +16,12 @@ layout(scalar) readonly buffer ProbeWays { vec3 probe_ways[]; };
 layout(scalar) readonly buffer FeltDistances { float felt_distances[]; };
 layout(scalar) readonly buffer GridHeads { uint grid_heads[]; };
 
-// Whether a surface may ask for the probe's light: one is listed in a cell that its cage reaches.
+// Whether a look-up may read the probe: one of the 27 cells about it has list items. `local`: the cell in the grid.
 bool is_asked(ivec3 local) {
     bool any = false;
     for (int k = 0; k < 27; k++) {
         ivec3 cell = local + ivec3(k % 3, k / 3 % 3, k / 9) - 1;
-        // Beyond the border the outermost probes are asked.
+        // Points beyond the grid's border read the outermost probes.
         cell = clamp(cell, ivec3(0), ivec3(int(PROBE_EDGE) - 1));
         any = any || grid_heads[(uint(cell.z) * PROBE_EDGE + uint(cell.y)) * PROBE_EDGE + uint(cell.x)] != 0u;
     }

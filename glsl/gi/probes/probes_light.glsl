@@ -9,13 +9,14 @@
 layout(scalar) readonly buffer ProbeList { Probe probes[]; };
 layout(scalar) readonly buffer ProbeGrids { ProbeGrid probe_grids[]; };
 layout(scalar) readonly buffer ProbeDistances { vec2 probe_distances[]; }; // mean and mean square, voxels
-// Irradiance/π in stored radiance, and the open share of the hemisphere: of all bounces, and of the first alone.
+// rgb: irradiance/π in stored radiance. a: the unoccluded share of the hemisphere. The first buffer holds the light of
+// all bounces, the second that of the first bounce.
 layout(scalar) readonly buffer ProbeLight { vec4 probe_light[]; };
 layout(scalar) readonly buffer FirstLight { vec4 first_light[]; };
 
-// Cells over which the next coarser grid takes over.
+// Width of the blend with the next coarser grid, cells.
 const float BLENDED_CELLS = 1.0;
-// A surface point that lies beside a probe's cage by rounding still has weights.
+// Least trilinear weight along an axis: rounding may put a point outside of its cell, which must still have weights.
 const float LEAST_NEAR = 1e-3;
 
 vec4 texel_light(uint place, uint bounces) {
@@ -42,20 +43,20 @@ vec2 moments_of(uint probe, vec3 d) {
         mix(probe_distances[place + row], probe_distances[place + row + 1u], t.part.x), t.part.y);
 }
 
-// A point to be lit.
+// A surface point at which the probes are read.
 struct Lit {
     vec3 position; // voxels
-    vec3 normal; // unit
-    vec3 facet; // unit
-    vec3 off; // unit: where the point is looked at from, and the facet; visibility is asked for off the surface
+    vec3 normal; // unit, for shading
+    vec3 facet; // unit, of the triangle
+    vec3 off; // direction in which the bias moves the point off the surface for the test of visibility
 };
 
-// Of `view`, what lies before the surface counts: the papers' share of normal and view.
+// The bias combines normal and view as in the papers. A view from behind the surface is replaced by the facet normal.
 Lit lit_point(vec3 position, vec3 normal, vec3 facet, vec3 view) {
     return Lit(position, normal, facet, 0.2 * facet + 0.8 * (dot(view, facet) > 0.0 ? view : facet));
 }
 
-// The eight probes about a point in a grid; the sum of their weights is 0 where none has light.
+// Light of the eight probes about a point in a grid. `total` is the sum of their weights; 0: no probe has light.
 vec4 light_in(uint grid, Lit p, uint bounces, out float total) {
     ProbeGrid g = probe_grids[grid];
     COUNT(WORDS, 7u);
@@ -88,8 +89,8 @@ vec4 light_in(uint grid, Lit p, uint bounces, out float total) {
     return total > 0.0 ? sum / total : vec4(0.0);
 }
 
-// Irradiance/π of a surface in stored radiance, the sky's included, and the open share of its hemisphere. `bounces`:
-// so many, the sky's light being the first; 0: none.
+// rgb: irradiance/π of a surface in stored radiance, including the sky's. a: the unoccluded share of its hemisphere.
+// `bounces` is the number of bounces, of which the sky's light is the first; 0: no light.
 vec4 probes_light(Lit p, uint bounces) {
     vec4 sum = vec4(0.0);
     float left = bounces > 0u ? 1.0 : 0.0;

@@ -1,7 +1,7 @@
-// Which probes a pass goes through, and how.
+// Push constants of the passes over probes.
 
 layout(push_constant) uniform ProbesPush {
-    uint first; // probe
-    uint step; // of the pass that places probes; 1: the pass that blends leaves distances as they are
-    uint known; // 1: the probes hold what a pass before left; 2: which is not blended with the new light
+    uint first; // index of the first probe
+    uint step; // place.comp: its step; blend.comp: 1 leaves distances as they are
+    uint known; // light of an earlier pass: 0: none; 1: blended with the new light; 2: replaced by the new light
 } push;

@@ -1,14 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// The light of the probes, summed up over blocks of each grid in whole numbers, so that no order shows: feedback has
-// settled once these sums stay. A thread per probe.
+// Sums the light of the probes over blocks of each grid, one thread per probe. The sums are integers, so that the order
+// of additions does not matter. Feedback has settled once these sums stay.
 #include "common/color.glsl"
 #include "common/count.glsl"
 #include "gi/probes/grid.glsl"
 
-const uint BLOCKS = 4u; // along each edge; further grids are added to them
-const float UNITS = 64.0; // per unit of stored radiance
+const uint BLOCKS = 4u; // blocks along each edge; all grids add to the same blocks
+const float UNITS = 64.0; // integer units per unit of stored radiance
 
 layout(local_size_x = 64) in;
 

@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 //! with LOOK_UP
-// Rays of the probes, the same directions for each: the light that they meet and how far away. With LOOK_UP what is met
-// also reflects what the probes hold. A workgroup goes through rays of one probe.
+// Traces the rays of the probes, in equal directions for each, and stores their light and distance. With LOOK_UP the
+// surfaces that they meet also reflect the light of the probes. A workgroup handles rays of one probe.
 #define LIGHTS_ITEMS
 
 #include "ground/ray.glsl"
@@ -22,7 +22,7 @@ float ray_aperture() {
     return sqrt(versine * (2.0 - versine)) / (1.0 - versine);
 }
 
-// Of textures, about what a ray stands for where it meets a surface.
+// Texture footprint of a ray's cone at the surface that it met.
 Footprint footprint_at(Met met, Attributes attributes) {
     Footprint over = footprint_over(attributes, corners_of(met.triangle));
     float width = 2.0 * ray_aperture() * met.distance;
@@ -53,7 +53,7 @@ void main() {
         vec3 passed = transmittance(met);
         bool lit = met.any && !met.dark;
         vec3 sent = vec3(0.0);
-        // A loop, which a CPU device leaves early.
+        // This loop has at most one round: a CPU device skips a loop that no lane enters.
         for (uint once = 0u; once < (lit ? 1u : 0u); once++) {
             Attributes attributes = attributes_of(met.place);
             Footprint footprint = footprint_at(met, attributes);
@@ -65,7 +65,7 @@ void main() {
         }
         ray.light += through * (1.0 - passed) * sent;
         if (DIRECT != DIRECT_READ) {
-            // Half-way transparent surfaces hide no probe.
+            // A surface that lets half of the light pass hides no probe.
             bool blocks = met.any && !blocked && brightest(passed) < 0.5;
             ray.distance = blocks ? (met.dark ? -met.distance : met.distance) : ray.distance;
             blocked = blocked || blocks;

@@ -1,7 +1,7 @@
-// Weights of the rays that a texel sums up, and of the probes about a point (Majercik et al., "Dynamic Diffuse Global
+// Weights of the rays of a texel, and of the probes about a point (Majercik et al., "Dynamic Diffuse Global
 // Illumination with Ray-Traced Irradiance Fields", 2019). CPU twin: tests/twins/probes.rs.
 
-// Of a ray whose direction has that cosine to a texel's, among distances: the cosine to the power of 50.
+// Weight of a ray in a texel of distances: the cosine between the ray and the texel's direction to the power of 50.
 float distance_weight(float cosine) {
     float c = max(cosine, 0.0);
     float c2 = c * c;
@@ -11,17 +11,17 @@ float distance_weight(float cosine) {
     return c16 * c16 * c16 * c2;
 }
 
-// Of a probe by where it stands; the cosines are those of the way to it to the surface's normal and to its facet. As
-// the papers have it what stands behind the surface counts a little, as long as it sees the place. Where a wall has two
-// sides, probes on its other one then darken it: without `behind` they do not count.
+// Weight of a probe by its direction from the surface point. The arguments are the cosines between that direction and
+// the shading normal, and the facet normal. With `behind` a probe behind the surface has a small weight, as in the
+// papers. Such probes darken a two-sided wall, so without `behind` their weight is 0.
 float facing_weight(float cosine, float facet_cosine, bool behind) {
     float wrapped = 0.5 * cosine + 0.5;
     float before = facet_cosine > 0.0 ? wrapped * wrapped : 0.0;
     return behind ? wrapped * wrapped + 0.2 : before;
 }
 
-// The most of a point at that distance that the probe can see, by Chebyshev's inequality, cubed. `moments`: mean and
-// mean square of the distances that the probe found in that direction.
+// Chebyshev's upper bound on the visibility of a point at that distance from the probe, cubed. `moments`: mean and mean
+// square of the probe's distances in the direction of the point.
 float seen_weight(vec2 moments, float distance) {
     float beyond = max(distance - moments.x, 0.0);
     float variance = abs(moments.y - moments.x * moments.x);
@@ -31,7 +31,7 @@ float seen_weight(vec2 moments, float distance) {
 
 const float FAINT = 0.2;
 
-// A weight below a fifth falls with its cube: what hardly counts would leak in where nothing else counts.
+// Reduces a weight below FAINT to its cube, scaled. Otherwise light would leak where all probes have small weights.
 float crushed(float weight) {
     return weight < FAINT ? weight * weight * weight / (FAINT * FAINT) : weight;
 }

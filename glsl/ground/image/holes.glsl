@@ -3,7 +3,7 @@
 
 #include "ground/image/seen.glsl"
 
-// Those of the samples `asked` (a bit each) at which the triangle has no hole. `pixel` is that of the band.
+// Returns the samples of `asked`, a bit each, at which the triangle has no hole. `pixel` is counted within the band.
 uint unmasked(Triangle t, Attributes attributes, uvec2 pixel, uint asked) {
     vec3 facet = normalize(triangle_normal(t.corners[0], t.corners[1], t.corners[2]));
     vec2 place = vec2(pixel + uvec2(0u, push.first_seen));

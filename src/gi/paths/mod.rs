@@ -1,8 +1,8 @@
-//! Paths: the path tracer on the device. It asks the ground for rays alone; what a pixel shows is found anew in every pass
-//! over the image, by random numbers of the pixel and the pass, and its mean is the truth.
+//! Paths: the path tracer on the device. Of the ground it needs rays alone. Every pass over the image estimates each
+//! pixel by random numbers of the pixel and the pass; the mean over the passes converges to the exact image.
 //!
-//! The shader that shades pixels follows the paths (`glsl/gi/paths/path.glsl`, in place of the ground's own shading).
-//! There is no light to be made before it.
+//! The shader that shades pixels traces the paths (`glsl/gi/paths/path.glsl`), in place of the ground's own shading.
+//! The method stores no light beforehand.
 
 use super::{IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::Result;
@@ -13,7 +13,7 @@ use crate::vk::{Bind, Constant, Recorder};
 
 pub use crate::settings::methods::paths::Settings;
 
-/// Value of the constant `BOUNCES` for all: `ALL_BOUNCES` in `glsl/gi/paths/constants.glsl`.
+/// Value of the constant `BOUNCES` for unlimited bounces: `ALL_BOUNCES` in `glsl/gi/paths/constants.glsl`.
 const ALL_BOUNCES: u32 = 1 << 30;
 
 pub const PASS_UNITS: &[(&str, PassUnit)] = &[];

@@ -3,7 +3,7 @@
 use crate::settings::{Bounces, Settings};
 use crate::vk::Constant;
 
-/// Value of the constant `BOUNCES` for all: more than a ray meets.
+/// Value of the constant `BOUNCES` for unlimited bounces: more than the surfaces that one ray meets.
 const ALL_BOUNCES: u32 = 64;
 
 /// All constants that the method declares.

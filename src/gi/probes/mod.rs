@@ -1,10 +1,10 @@
-//! Irradiance probes with visibility: a grid of points, each of which sends rays all around and keeps, for every
-//! direction, the light of a hemisphere and how far it sees. A surface weighs the eight probes about it by whether they
-//! see it.
+//! Irradiance probes with visibility: each point of a grid traces rays in all directions. It stores, for every
+//! direction, the light of a hemisphere and the distance to surfaces. A surface point weighs the eight probes about it by
+//! their visibility.
 //!
 //! Majercik, Guertin, Nowrouzezahrai and McGuire, "Dynamic Diffuse Global Illumination with Ray-Traced Irradiance
 //! Fields", 2019, and Majercik, Marrs, Spjut and McGuire, "Scaling Probe-Based Real-Time Dynamic Global Illumination for
-//! Production", 2021. `docs/notes/probes.md` says what differs.
+//! Production", 2021. `docs/notes/probes.md` lists the differences.
 
 pub mod constants;
 pub mod ways;
@@ -30,32 +30,33 @@ pub const PASS_UNITS: &[(&str, PassUnit)] = &[];
 
 /// Rays by which a probe finds its place: `FEELERS` in `glsl/gi/probes/feelers.glsl`.
 pub const FEELERS: u32 = 32;
-/// Bytes of a probe's texels of light and of distances, borders included (`glsl/gi/probes/grid.glsl`).
+/// Bytes of a probe's texels of light and of distances, including borders (`glsl/gi/probes/grid.glsl`).
 const LIGHT_BYTES: u64 = 10 * 10 * 16;
 const DISTANCES_BYTES: u64 = 18 * 18 * 8;
-/// Sums that tell whether feedback has settled: of 4³ blocks of the grid, 64 bits each (`glsl/gi/probes/sums.comp`).
+/// Bytes of the sums that tell whether feedback has settled: one of 64 bits for each of 4³ blocks
+/// (`glsl/gi/probes/sums.comp`).
 const SUMS_BYTES: u64 = 4 * 4 * 4 * 8;
-/// What every device binds as one buffer.
+/// The size of a storage buffer that every device can bind, bytes.
 const MOST_BYTES: u64 = 128 << 20;
-/// Names of the light of each bounce that is stored.
+/// Labels of the buffers of light: the first for all bounces, the second for the first bounce alone.
 const LIGHTS: [&str; 2] = ["probe light", "first probe light"];
 
 shared! {
-    /// Where a grid of probes stands; lengths in voxels of the base grid.
+    /// The place of a grid of probes: least corner, spacing, and first cell. Lengths are in voxels of the base grid.
     ProbeGrid { corner: [f32; 3], spacing: f32, first: [i32; 3] }
 
-    /// A probe: its place in voxels, its state, and its cell, counted from the base grid's corner.
+    /// A probe: its position in voxels, its state, and its cell, counted from the base grid's corner.
     Probe { position: [f32; 3], state: u32, cell: [i32; 3] }
 
-    /// What a ray of a probe found; the distance in voxels.
+    /// The result of a probe's ray: stored radiance, transmittance to the sky, and distance in voxels.
     ProbeRay { light: [f32; 3], open: f32, distance: f32 }
 
-    /// Push constants: the first probe, the step of the pass that places probes (of the pass that blends, whether
-    /// distances stay), and whether they hold what a pass before left.
+    /// Push constants: the index of the first probe, the step, and the state of the light of an earlier pass. The step
+    /// is that of the pass that places probes; for the pass that blends, 1 leaves distances as they are.
     ProbesPush { first: u32, step: u32, known: u32 }
 }
 
-/// Light of the pass before: there is none; a share of it stays; none of it stays.
+/// State of the light of the pass before: there is none; a share of it stays; new light replaces it.
 const NONE: u32 = 0;
 const BLENDED: u32 = 1;
 const REPLACED: u32 = 2;
@@ -67,16 +68,16 @@ const CLASSIFY: u32 = 2;
 pub struct Lighting {
     place: Compute,
     feel: Compute,
-    /// Finds direct light alone.
+    /// Traces rays for direct light alone.
     direct: Compute,
-    /// Adds what the pass before left in the probes; absent with one bounce.
+    /// Traces rays that also reflect the probes' light of the pass before; absent with one bounce.
     bounced: Option<Compute>,
     blend: Compute,
     sum: Compute,
     grids: Buffer,
     probes: Buffer,
     distances: Buffer,
-    /// Light of all bounces; with two of them behind it that of the first.
+    /// Light of all bounces; with two bounces, a second buffer holds that of the first bounce.
     lights: Vec<Buffer>,
     ways: Buffer,
     rays: Buffer,
@@ -134,7 +135,7 @@ impl IndirectMethod for Lighting {
         let lit = with(crate::ground::constants::constants(settings, features), &own_constants);
         let lit = with(lit, &[("LAMP_POINTS", settings.lights.voxel_lamp_points.into())]);
         let compute = |label, shader, constants: &[_]| Compute::new(context, &ComputeDesc { label, shader, constants });
-        // A ray that meets several surfaces keeps the sum of what they send, of which no direct light is read.
+        // A ray that passes surfaces stores the sum of their light, from which direct light cannot be read again.
         let passing = features.has(Features::BLEND) || features.has(Features::TRANSMISSION);
         let feeds = settings.bounces == Bounces::All;
         let direct = if feeds || passing { DIRECT_FOUND } else { DIRECT_READ };
@@ -167,27 +168,27 @@ impl IndirectMethod for Lighting {
     }
 
     fn update(&self, r: &mut Recorder, ground: &Ground, update: &Update) {
-        // Light that is waited for is shown by no frame: nothing of it need be smooth from frame to frame.
+        // No frame shows light that is still settling, so it need not be smooth from frame to frame.
         let lags = self.settings.hysteresis > 0.0 && !update.measured;
         let turned = update.mean_pass > 0 || lags;
         let mut ways = ways::ways(self.settings.rays, ways::turn(if turned { update.passes } else { 0 }));
         ways.extend(ways::ways(FEELERS, DQuat::IDENTITY));
-        r.full_barrier(); // the pass before read them
+        r.full_barrier(); // the pass before may still read them
         r.update(&self.ways, 0, &ways);
         if update.lists {
             self.place(r, ground, update.known);
         }
         let (names, to) = (["trace 1", "blend 1"], self.lights.len() - 1);
         let first = Pass { trace: &self.direct, names, to, history: NONE, lights_alone: false };
-        // With all bounces, what rays meet reflects the light of the pass before; it is known where there was one.
+        // With all bounces, surfaces reflect the light of the pass before, where there was one.
         match &self.bounced {
             Some(again) if self.bounces == Bounces::All && update.history => {
                 self.light(r, ground, &Pass { trace: again, to: 0, history: if lags { BLENDED } else { REPLACED }, ..first });
             }
-            // Otherwise the first bounce is lit directly,
+            // Otherwise the first bounce reflects direct light.
             _ => self.light(r, ground, &first),
         }
-        // and the second one by the first.
+        // The second bounce reflects the light of the first.
         if let Some(second) = self.bounced.as_ref().filter(|_| self.bounces == Bounces::Two) {
             let names = ["trace 2", "blend 2"];
             self.light(r, ground, &Pass { trace: second, names, to: 0, history: NONE, lights_alone: true });
@@ -213,18 +214,18 @@ impl IndirectMethod for Lighting {
 /// A pass over all probes.
 struct Pass<'a> {
     trace: &'a Compute,
-    /// Of its two parts.
+    /// Labels of its two parts, tracing and blending.
     names: [&'static str; 2],
-    /// The light that it fills.
+    /// Index of the buffer of light that it writes.
     to: usize,
-    /// Whether that holds the light of the pass before, and what becomes of it.
+    /// State of the light of the pass before in that buffer: NONE, BLENDED or REPLACED.
     history: u32,
-    /// Whether the rays met what those of the pass before met, so that distances stay.
+    /// Whether distances stay, because the rays are those of the pass before.
     lights_alone: bool,
 }
 
 impl Lighting {
-    /// Puts the probes where the surfaces of this frame ask for them. `known`: they hold what a frame before left.
+    /// Places the probes for the surfaces of this frame. `known`: they hold the light of an earlier frame.
     fn place(&self, r: &mut Recorder, ground: &Ground, known: bool) {
         let grids: Vec<ProbeGrid> = further(ground).map(grid_of).collect();
         let per_grid = self.settings.edge.pow(3);
@@ -235,7 +236,7 @@ impl Lighting {
             Bind::buffer("felt_distances", &self.felt),
         ];
         let step = |r: &mut Recorder, step: u32| {
-            r.full_barrier(); // the step before wrote
+            r.full_barrier(); // the step before wrote the probes
             for (number, lists) in (0..).zip(further(ground)) {
                 let mut binds = common.to_vec();
                 binds.push(Bind::buffer("grid_heads", &lists.heads));
@@ -248,12 +249,12 @@ impl Lighting {
             r.update(&self.grids, 0, &grids);
             step(r, START);
             for round in 0..=self.settings.relocations {
-                // The last look tells which probes ended in a solid.
+                // The last rays tell which probes lie within a solid.
                 let last = round == self.settings.relocations;
                 if last && !self.settings.classify {
                     break;
                 }
-                r.full_barrier(); // the probes stand elsewhere
+                r.full_barrier(); // the probes have moved
                 let mut binds = ground.binds();
                 binds.extend(common.clone());
                 let binds = self.feel.select(&binds);
@@ -266,12 +267,12 @@ impl Lighting {
         });
     }
 
-    /// Sends the rays of all probes, and brings what they find into the texels.
+    /// Traces the rays of all probes, and filters the results into the texels.
     fn light(&self, r: &mut Recorder, ground: &Ground, pass: &Pass) {
         let [trace, blend] = pass.names;
         let all = probes(&self.settings);
         r.zone(trace, ZoneKind::Compute, self.rays.bytes(), |r| {
-            r.full_barrier(); // the probes stand where they stand, and their light was written
+            r.full_barrier(); // the places and the light of the probes were written
             let mut binds = ground.binds();
             binds.extend(self.look_up(self.lights.len() - 1));
             binds.extend(self.of_rays());
@@ -310,7 +311,7 @@ impl Lighting {
         r.zone("sums", ZoneKind::Compute, SUMS_BYTES, |r| {
             r.full_barrier(); // the light was written, the sums before may have been read
             r.fill(&self.sums, 0, SUMS_BYTES, 0);
-            r.full_barrier(); // they are 0
+            r.full_barrier(); // the sums are cleared
             let groups = [probes(&self.settings).div_ceil(64), 1, 1];
             r.dispatch(&self.sum, &self.sum.select(&binds), &(), groups);
         });
@@ -320,7 +321,7 @@ impl Lighting {
         [Bind::buffer("probe_ways", &self.ways), Bind::buffer("probe_rays", &self.rays)]
     }
 
-    /// What a look-up binds. `light`: which of the lights counts as that of all bounces.
+    /// Bindings of a look-up. `light`: index of the buffer that stands for the light of all bounces.
     fn look_up(&self, light: usize) -> Vec<Bind<'_>> {
         vec![
             Bind::buffer("probes", &self.probes),
@@ -332,12 +333,12 @@ impl Lighting {
     }
 }
 
-/// Of all grids.
+/// The number of probes of all grids.
 fn probes(own: &Settings) -> u32 {
     own.cascades * own.edge.pow(3)
 }
 
-/// Lights that are stored: two bounces have one each, all bounces share one.
+/// The number of buffers of light: one for each of two bounces, otherwise one in total.
 fn stored(bounces: Bounces) -> usize {
     if bounces == Bounces::Two { 2 } else { 1 }
 }

@@ -1,5 +1,5 @@
-//! Directions of the rays of all probes: points spread evenly over the sphere, which turn from pass to pass by numbers
-//! that follow from the pass alone.
+//! Directions of the rays of all probes: points spread evenly over the sphere. In each pass they have a rotation
+//! that depends on the pass alone.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,8 +8,8 @@ use glam::{DQuat, DVec3};
 /// The irrational steps of the R3 sequence (Roberts, 2018): powers of the inverse of the root of x⁴ = x + 1.
 const R3: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_97];
 
-/// The turn of a pass; that of pass 0 is none. An even sequence over all turns (Shoemake, "Uniform Random Rotations",
-/// 1992, of three numbers each).
+/// The rotation of a pass; pass 0 has none. Passes sample all rotations uniformly: each maps three numbers of a
+/// sequence to a rotation (Shoemake, "Uniform Random Rotations", 1992).
 pub fn turn(pass: u32) -> DQuat {
     if pass == 0 {
         return DQuat::IDENTITY;
@@ -20,8 +20,8 @@ pub fn turn(pass: u32) -> DQuat {
     DQuat::from_xyzw(low * a.sin(), low * a.cos(), high * b.sin(), high * b.cos())
 }
 
-/// `count` unit directions, turned: the spherical Fibonacci points, heights evenly spaced and longitudes a golden angle
-/// apart (Keinert et al., "Spherical Fibonacci Mapping", 2015).
+/// `count` unit directions, rotated: the spherical Fibonacci points. Their heights are evenly spaced, and their longitudes
+/// differ by the golden angle (Keinert et al., "Spherical Fibonacci Mapping", 2015).
 pub fn ways(count: u32, turn: DQuat) -> Vec<[f32; 3]> {
     let golden_angle = PI * (3.0 - 5f64.sqrt());
     let way = |i: u32| {
@@ -49,7 +49,7 @@ mod tests {
                 mean += d / 256.0;
                 squares += DMat3::from_cols(d * d.x, d * d.y, d * d.z) * (1.0 / 256.0);
             }
-            // Means over a sphere, but for its first and last ring.
+            // Means over a sphere, except for the errors of its first and last rings.
             assert!(mean.length() < 5e-3, "pass {pass}: {mean}");
             assert!((squares - DMat3::from_diagonal(DVec3::splat(1.0 / 3.0))).to_cols_array().iter().all(|e| e.abs() < 5e-3));
         }
@@ -59,7 +59,7 @@ mod tests {
     #[test]
     fn turns_have_no_middle() {
         let mean = (1..=4096).map(|pass| turn(pass) * DVec3::X).sum::<DVec3>() / 4096.0;
-        // As even as a sequence of that length is.
+        // The tolerance is the discrepancy of a sequence of that length.
         assert!(mean.length() < 5e-3, "{mean}");
     }
 }

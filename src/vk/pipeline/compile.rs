@@ -1,10 +1,10 @@
 //! Compiles the GLSL in a folder to SPIR-V (Vulkan 1.2). The build includes this file, and so does hot reload.
 //!
 //! The head of a shader declares the forms in which it is compiled, one per line:
-//! - `//! per method`: once for every folder of `gi`, which then provides the includes `method/…`; `except NAME` leaves
-//!   one out. In a method's own folder, `method/…` is that folder.
-//! - `//! with NAME`: once with the macro NAME and once without; `except METHOD` as above, and `only METHOD` leaves out
-//!   all other methods.
+//! - `//! per method`: once for every folder of `gi`, which then provides the includes `method/…`. `except NAMES` leaves
+//!   some out. In a method's own folder, `method/…` is that folder.
+//! - `//! with NAME`: once with the macro NAME and once without. `except METHODS` is as above, and `only METHOD` leaves
+//!   out all other methods.
 //!
 //! `ground/image/image.comp` of the method `rays` with `AOVS` is called `ground/image/image.comp rays AOVS`.
 //!
@@ -148,14 +148,15 @@ fn forms(plain: &str, source: &str, methods: &[String]) -> (Vec<ShaderForm>, boo
     for line in source.lines().filter_map(|line| line.strip_prefix("//! ")) {
         let (line, only) = line.split_once(" only ").map_or((line, None), |(line, only)| (line, Some(only)));
         let (what, except) = line.split_once(" except ").unwrap_or((line, ""));
+        let excepts = |method: &str| except.split(' ').any(|name| name == method);
         if what == "per method" {
             per_method = true;
-            let others = methods.iter().filter(|method| *method != except);
+            let others = methods.iter().filter(|method| !excepts(method));
             forms = others.map(|method| ShaderForm { method: Some(method.clone()), defines: vec![] }).collect();
         } else if let Some(define) = what.strip_prefix("with ") {
             for mut form in forms.clone() {
                 let method = form.method.as_deref();
-                if method != Some(except) && only.is_none_or(|only| method == Some(only)) {
+                if !method.is_some_and(excepts) && only.is_none_or(|only| method == Some(only)) {
                     form.defines.push(define.to_owned());
                     forms.push(form);
                 }

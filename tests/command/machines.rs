@@ -161,7 +161,7 @@ fn samples_of_a_reference_add_up_to_the_same_bytes() {
         (&["merge", "rest.film", "-o", "x.exr"], "samples 0-15 are in none of the films"),
         (&["merge", "whole.exr", "-o", "x.exr"], "whole.exr: is no film"),
         (&["merge", "part.1.film", "-o", "x.png"], "x.png: is no .film and no .exr"),
-        (&["merge", "none", "-o", "x"], "none: is not there"),
+        (&["merge", "none", "-o", "x"], "none: does not exist"),
         (
             &["reference", "scene.glb", "--samples", "3-1", "-o", "x.film"],
             "the numbers of the first and the last sample",

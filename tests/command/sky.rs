@@ -90,7 +90,7 @@ fn odd_texels_are_mended_and_that_is_said() {
     let odd = Layers::new(8, 4, texels);
     odd.write_exr(&folder.path().join("odd.exr"), &Metadata::new()).unwrap();
     let said = rendered(folder.path(), &["-o", "a.exr", "--sky", "odd.exr"]);
-    assert!(said.contains("odd.exr has 3 texels that are negative or no number"), "{said}");
+    assert!(said.contains("odd.exr has 3 texels that are negative or NaN"), "{said}");
     assert!(layers(&folder.path().join("a.exr")).beauty().iter().flatten().all(|c| c.is_finite()));
     fs::write(folder.path().join("tall.hdr"), hdr(8, 8, |i| [i as u8, 0, 0, 128])).unwrap();
     let said = rendered(folder.path(), &["-o", "b.exr", "--sky", "tall.hdr"]);

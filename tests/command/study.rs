@@ -85,6 +85,6 @@ fn the_study_in_docs_is_of_todays_axes() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/notes/study/README.md");
     if let Ok(page) = fs::read_to_string(path) {
         assert_eq!(table(&page), today(&[]), "docs/notes/study is stale: run `twobounce study`");
-        assert!(page.lines().count() <= 160, "the page is to have at most 160 lines");
+        assert!(page.lines().count() <= 170, "the page is to have at most 170 lines");
     }
 }

@@ -171,7 +171,8 @@ fn a_cloud_of_loose_triangles_lights_a_part_of_its_items_and_loses_no_light() {
     let scene = cloud();
     let pose = scene.pose(None, 0.0);
     let image = |rays: &str| {
-        let mut studio = Studio::of_size(&scene, &gpu::with(Settings::fast(), &["voxels=64", rays]), 64);
+        let mut studio =
+            Studio::of_size(&scene, &gpu::with(Settings::fast(), &["voxels=64", "image.passes=12", rays]), 64);
         studio.view = within(scene.bounds(None));
         let (image, passes) = studio.image(&pose);
         assert!(passes.contains(&"ask 2"), "light is made on demand: {passes:?}");
@@ -185,6 +186,6 @@ fn a_cloud_of_loose_triangles_lights_a_part_of_its_items_and_loses_no_light() {
     };
     let ((few, dim), (many, bright)) = (image("rays.diffuse=9"), image("rays.diffuse=36"));
     assert!(few < 0.25 && many > 1.5 * few, "{few} and {many} of the items are lit for the image");
-    // The noise of 64² pixels with three rays each.
-    assert!((dim / bright - 1.0).abs() < 0.02, "{dim} for {bright}");
+    // The noise of 12 passes over 64² pixels, of which some see an item close to a light.
+    assert!((dim / bright - 1.0).abs() < 0.04, "{dim} for {bright}");
 }

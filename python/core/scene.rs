@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 use pyo3::prelude::*;
-use twobounce::scene::{TextureImage, LightKind, Material, Mesh, Mip, Texture, TextureRef, View, Wrap};
+use twobounce::scene::{LightKind, Material, Mesh, Mip, Texture, TextureImage, TextureRef, View, Wrap};
 
 use crate::{Error, to_python};
 

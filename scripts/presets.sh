@@ -34,7 +34,7 @@ lpv 524x281+524+281
 END
 montage -label probes "$out/probes.png" -geometry "${size}x$size+3+3" -background white -depth 8 -strip docs/methods/probes.png
 # The method `paths` converges to the path-traced image; its picture shows it with noise.
-"$twobounce" render assets/gallery.glb -o "$out/paths.exr" --size "${size}x$size" --preset paths --noise 6
+"$twobounce" render assets/gallery.glb -o "$out/paths.exr" --size "${size}x$size" --preset paths --time-limit 150s
 "$twobounce" compare "$out/paths.exr" "$out/truth.exr" --out "$out/paths"
 convert "$out/paths/compare.png" -crop "${size}x$size+0+0" +repage "$out/paths.png"
 montage -label paths "$out/paths.png" -label "path-traced, all light" "$out/truth.png" -tile 2x -geometry "${size}x$size+3+3" \

@@ -164,8 +164,8 @@ fn cloud() -> Scene {
     scene
 }
 
-/// Pixels among crumbs take a quarter of the rays. An image of a cloud therefore lights few of its items, and in the mean of its
-/// pixels it is as bright as one with all rays.
+/// Pixels among crumbs take a quarter of the rays. An image of a cloud therefore lights few of its items, and in the
+/// mean of its pixels it is as bright as one with all rays.
 #[test]
 fn a_cloud_of_loose_triangles_lights_a_part_of_its_items_and_loses_no_light() {
     let scene = cloud();

@@ -145,7 +145,8 @@ fn evaluate_with(function: Function, inputs: &[Arguments], grid: &twin::Grid, ot
     download(c, &output).expect("outputs")
 }
 
-/// Every texel of the border is written once, by the texel of its direction, so that filtering is continuous across the edges.
+/// Every texel of the border is written once, by the texel of its direction, so that filtering is continuous across the
+/// edges.
 #[test]
 fn the_border_is_the_map_beyond_its_edges() {
     for side in [LIGHT_SIDE, DISTANCE_SIDE] {
@@ -229,7 +230,8 @@ fn weights_are_their_formulas() {
             twin::seen_weight(DVec2::new(n[2], n[3]), n[4]),
         ];
         for (got, expected) in y.to_array().into_iter().zip(expected) {
-            // The tolerance is the rounding of a difference of two squares in f32, up to 16, divided by a variance of a tenth.
+            // The tolerance is the rounding of a difference of two squares in f32, up to 16, divided by a variance of a
+            // tenth.
             assert!((f64::from(got) - expected).abs() < 2e-4, "{n:?}: {y} is not {expected:?}");
         }
     }
@@ -393,8 +395,8 @@ fn texels_blend_rays_as_their_twin() {
     }
 }
 
-/// Probes about a plane wall start at the middles of cells with list items about them, and move off the wall. Those that stay
-/// behind it are switched off.
+/// Probes about a plane wall start at the middles of cells with list items about them, and move off the wall. Those
+/// that stay behind it are switched off.
 #[test]
 fn probes_find_their_places_as_their_twin() {
     let c = &gpu::context();
@@ -453,8 +455,9 @@ fn probes_find_their_places_as_their_twin() {
         assert_eq!(probe.cell, <[i32; 3]>::from(cell));
         states.insert(local.x, (active, expected.x > wall));
     }
-    // For each layer along x: whether probes are active, and whether they are before the wall. Layer 0 is far behind the wall.
-    // Layer 1 is a quarter of a cell behind it and moves through it. Layer 2 is before it. Layer 3 has no list items near.
+    // For each layer along x: whether probes are active, and whether they are before the wall. Layer 0 is far behind
+    // the wall. Layer 1 is a quarter of a cell behind it and moves through it. Layer 2 is before it. Layer 3 has no
+    // list items near.
     let expected = [(0, (false, false)), (1, (true, true)), (2, (true, true)), (3, (false, true))];
     assert_eq!(states.into_iter().collect::<Vec<_>>(), expected);
 }

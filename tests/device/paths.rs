@@ -1,6 +1,6 @@
-//! The method `paths` against the CPU's path tracer, with which it shares the scene and no code. Their means agree within the
-//! noise of both, per pixel and over the image, for every kind of light and material. Further tests compare two runs bit by bit,
-//! render a furnace, and check the estimate of noise.
+//! The method `paths` against the CPU's path tracer, with which it shares the scene and no code. Their means agree
+//! within the noise of both, per pixel and over the image, for every kind of light and material. Further tests compare
+//! two runs bit by bit, render a furnace, and check the estimate of noise.
 
 use std::f64::consts::PI;
 
@@ -61,8 +61,8 @@ fn settings(case: &Case) -> Settings {
     gpu::with(Settings::preset("paths").expect("a preset"), &own.each_ref().map(String::as_str))
 }
 
-/// Images of the method. A part is the mean of some passes with one path per pixel, from the difference of two means. Each pass
-/// has its own sample positions within pixels, so the number of passes grows rather than that of paths.
+/// Images of the method. A part is the mean of some passes with one path per pixel, from the difference of two means.
+/// Each pass has its own sample positions within pixels, so the number of passes grows rather than that of paths.
 fn by_paths(case: &Case) -> Parts {
     let context = gpu::context();
     let options = RenderOptions::new((case.size, case.size), case.scene.bounds(None));
@@ -156,8 +156,8 @@ fn compare(a: &Parts, b: &Parts) -> Verdict {
     let t = |of: &dyn Fn(&Vec<[f32; 3]>) -> f64| {
         let (of_a, of_b) = (a.iter().map(of).collect::<Vec<_>>(), b.iter().map(of).collect::<Vec<_>>());
         let ((x, vx), (y, vy)) = (moments(of_a.into_iter()), moments(of_b.into_iter()));
-        // The larger variance stands for both: a renderer that misses a rare bright path underestimates its variance too. The
-        // tolerance without noise is the rounding of f32 and 1 % of a step of 8 bits.
+        // The larger variance stands for both: a renderer that misses a rare bright path underestimates its variance
+        // too. The tolerance without noise is the rounding of f32 and 1 % of a step of 8 bits.
         let rounding = (1e-5 * x.abs().max(y.abs()) + 4e-5 * 1e-2).powi(2);
         (x - y).abs() / (2.0 * vx.max(vy) + rounding).sqrt()
     };
@@ -388,7 +388,8 @@ fn sky(turned: f64) -> Case {
     Case::new(scene).from([0.0, 1.6, 4.5], [0.0, 0.5, 0.0], 40.0)
 }
 
-/// Lights of every kind, with and without a radius, in a room with so many small lamps that they are sampled through the tree.
+/// Lights of every kind, with and without a radius, in a room with so many small lamps that they are sampled through
+/// the tree.
 fn lights() -> Case {
     let mut scene = Scene::empty("lights");
     walls(&mut scene);
@@ -474,8 +475,8 @@ fn the_same_bits_twice() {
     assert!(by_paths(&case) == by_paths(&case));
 }
 
-/// A CPU device ends an invocation's loops after 65535 rounds, counted over all its rays together. The largest number of paths
-/// per pixel and pass ends before that.
+/// A CPU device ends an invocation's loops after 65535 rounds, counted over all its rays together. The largest number
+/// of paths per pixel and pass ends before that.
 #[test]
 fn no_path_is_cut_off() {
     let context = gpu::counting();
@@ -496,8 +497,8 @@ fn no_path_is_cut_off() {
     assert_eq!(image.rays_cut, 0);
 }
 
-/// A closed room of albedo a that emits radiance 1 everywhere has the radiance 1 / (1 − a); with limited bounces, a partial sum
-/// of the powers of a.
+/// A closed room of albedo a that emits radiance 1 everywhere has the radiance 1 / (1 − a); with limited bounces, a
+/// partial sum of the powers of a.
 #[test]
 fn a_furnace_is_as_bright_as_its_albedo_says() {
     for (bounces, expected) in [("1", 1.0 + 0.5 + 0.25), ("2", 1.875), ("all", 2.0)] {

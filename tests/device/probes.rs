@@ -28,7 +28,8 @@ fn a_furnace_is_even() {
             let settings = probes(&["lights.lamps=gathered", bounces]);
             let image = gpu::render_from(&gpu::context(), &scene, &settings, 16, view).read();
             for p in image.beauty() {
-                // The image has 16 bits per channel. With all bounces, feedback ends when a pass changes less than 0.1 %.
+                // The image has 16 bits per channel. With all bounces, feedback ends when a pass changes less than 0.1
+                // %.
                 let most = if bounces == "bounces=all" { 4e-3 } else { 1e-3 };
                 assert!((f64::from(p[1]) / expected - 1.0).abs() < most, "{bounces}: {p:?} is not {expected}");
             }
@@ -59,7 +60,8 @@ fn the_sky_arrives_whole() {
     }
 }
 
-/// The mean light of images from within two closed rooms beside each other, with a lamp in one. `wall`: metres between the rooms.
+/// The mean light of images from within two closed rooms beside each other, with a lamp in one. `wall`: metres between
+/// the rooms.
 fn two_rooms(wall: f32, double_sided: bool, changes: &[&str]) -> [f64; 2] {
     let mut scene = Scene::empty("two rooms");
     let material = Material { double_sided, ..Material::lambert("wall", Vec3::splat(0.7)) };
@@ -110,8 +112,8 @@ fn in_the_room(scene: &Scene, settings: &Settings) -> Studio {
     studio
 }
 
-/// Without feedback a frame does not depend on the frames before it. A renderer whose scene moved gives the image of a new
-/// renderer, also where grids follow the camera.
+/// Without feedback a frame does not depend on the frames before it. A renderer whose scene moved gives the image of a
+/// new renderer, also where grids follow the camera.
 #[test]
 fn a_frame_after_others_is_a_frame_of_its_own() {
     let scene = room();
@@ -152,8 +154,8 @@ fn feedback_ends_at_the_same_light() {
     assert!(apart < 5e-3 * sum, "{apart} of {sum}");
 }
 
-/// The number of frames until the green channel of indirect light has made nine tenths of a change, after green light grows
-/// tenfold. The brightest channel stays constant, and with it the scale of stored light.
+/// The number of frames until the green channel of indirect light has made nine tenths of a change, after green light
+/// grows tenfold. The brightest channel stays constant, and with it the scale of stored light.
 fn lag(changes: &[&str]) -> usize {
     const FRAMES: usize = 90;
     let scene = analytic::furnace(0.5, 0.0, true);
@@ -179,13 +181,14 @@ fn lag(changes: &[&str]) -> usize {
     let frames: Vec<f64> = (0..FRAMES).map(|_| shown(&mut renderer, &pose)).collect();
     assert_eq!(gpu::context().take_validation_messages(), Vec::<String>::new());
     let after = frames[FRAMES - 1];
-    // The iteration before the first frame leaves a change of 0.1 % per pass; means over few passes have a noise of 2 %.
+    // The iteration before the first frame leaves a change of 0.1 % per pass; means over few passes have a noise of 2
+    // %.
     assert!((after / before - 10.0).abs() < 0.4, "{before}, then {after}");
     1 + frames.iter().position(|&now| (now - before) / (after - before) >= 0.9).expect("it arrives")
 }
 
-/// The lag of light in frames. Without hysteresis h it is that of the bounces; with it ln 0.1 / ln h is added. After 65 passes
-/// without another change, the mean of settled light replaces the lagging light.
+/// The lag of light in frames. Without hysteresis h it is that of the bounces; with it ln 0.1 / ln h is added. After 65
+/// passes without another change, the mean of settled light replaces the lagging light.
 #[test]
 fn light_lags_as_hysteresis_says() {
     let found = ["0", "0.8", "0.97"].map(|h| lag(&[&format!("probes.hysteresis={h}")]));

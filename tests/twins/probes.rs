@@ -1,4 +1,5 @@
-//! Twin of the passes of `glsl/gi/probes/`, in f64, written from the formulas of the two papers that the method follows.
+//! Twin of the passes of `glsl/gi/probes/`, in f64, written from the formulas of the two papers that the method
+//! follows.
 
 use glam::{DVec2, DVec3, DVec4, IVec2, IVec3};
 
@@ -11,8 +12,8 @@ fn sign(v: f64) -> f64 {
     if v < 0.0 { -1.0 } else { 1.0 }
 }
 
-/// The direction of a place on the octahedral map, in −1…1. Beyond an edge the map continues at the same edge, mirrored about the
-/// edge's middle.
+/// The direction of a place on the octahedral map, in −1…1. Beyond an edge the map continues at the same edge, mirrored
+/// about the edge's middle.
 pub fn way_at(place: DVec2) -> DVec3 {
     let mut at = place;
     if at.x.abs() > 1.0 {
@@ -72,7 +73,8 @@ pub fn light(rays: &[Ray], n: DVec3) -> DVec4 {
     sum / total
 }
 
-/// A texel of distances: mean and mean square, weighted by the cosine's fiftieth power. `most` is the upper limit of distances.
+/// A texel of distances: mean and mean square, weighted by the cosine's fiftieth power. `most` is the upper limit of
+/// distances.
 pub fn distances(rays: &[Ray], n: DVec3, most: f64) -> DVec2 {
     let mean = |sum: (DVec2, f64), ray: &Ray| {
         let weight = n.dot(ray.way).max(0.0).powi(50);
@@ -94,7 +96,8 @@ pub fn read<T: Copy + std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T>
     row(0) * (1.0 - part.y) + row(1) * part.y
 }
 
-/// The weight of a probe by the cosines between its direction and the normal, and the facet normal. `behind`: as in the papers.
+/// The weight of a probe by the cosines between its direction and the normal, and the facet normal. `behind`: as in the
+/// papers.
 pub fn facing_weight(cosine: f64, facet_cosine: f64, behind: bool) -> f64 {
     let wrapped = ((cosine + 1.0) / 2.0).powi(2);
     if behind {
@@ -177,8 +180,8 @@ pub fn look_up(grid: &Grid, p: &Point, bias: f64, behind: bool) -> Option<DVec4>
     (total > 0.0).then(|| sum / total)
 }
 
-/// The final position of a probe that starts at the middle of its cell. `felt` gives the rays of a position: pairs of a direction
-/// and a distance, negative for back faces.
+/// The final position of a probe that starts at the middle of its cell. `felt` gives the rays of a position: pairs of a
+/// direction and a distance, negative for back faces.
 pub fn moved(middle: DVec3, spacing: f64, rounds: u32, felt: impl Fn(DVec3) -> Vec<(DVec3, f64)>) -> DVec3 {
     let mut position = middle;
     for _ in 0..rounds {

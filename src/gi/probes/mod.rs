@@ -1,10 +1,10 @@
 //! Irradiance probes with visibility: each point of a grid traces rays in all directions. It stores, for every
-//! direction, the light of a hemisphere and the distance to surfaces. A surface point weighs the eight probes about it by
-//! their visibility.
+//! direction, the light of a hemisphere and the distance to surfaces. A surface point weighs the eight probes about it
+//! by their visibility.
 //!
 //! Majercik, Guertin, Nowrouzezahrai and McGuire, "Dynamic Diffuse Global Illumination with Ray-Traced Irradiance
-//! Fields", 2019, and Majercik, Marrs, Spjut and McGuire, "Scaling Probe-Based Real-Time Dynamic Global Illumination for
-//! Production", 2021. `docs/notes/probes.md` lists the differences.
+//! Fields", 2019, and Majercik, Marrs, Spjut and McGuire, "Scaling Probe-Based Real-Time Dynamic Global Illumination
+//! for Production", 2021. `docs/notes/probes.md` lists the differences.
 
 pub mod constants;
 pub mod ways;

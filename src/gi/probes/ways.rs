@@ -20,8 +20,8 @@ pub fn turn(pass: u32) -> DQuat {
     DQuat::from_xyzw(low * a.sin(), low * a.cos(), high * b.sin(), high * b.cos())
 }
 
-/// `count` unit directions, rotated: the spherical Fibonacci points. Their heights are evenly spaced, and their longitudes
-/// differ by the golden angle (Keinert et al., "Spherical Fibonacci Mapping", 2015).
+/// `count` unit directions, rotated: the spherical Fibonacci points. Their heights are evenly spaced, and their
+/// longitudes differ by the golden angle (Keinert et al., "Spherical Fibonacci Mapping", 2015).
 pub fn ways(count: u32, turn: DQuat) -> Vec<[f32; 3]> {
     let golden_angle = PI * (3.0 - 5f64.sqrt());
     let way = |i: u32| {

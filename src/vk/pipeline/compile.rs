@@ -1,7 +1,8 @@
 //! Compiles the GLSL in a folder to SPIR-V (Vulkan 1.2). The build includes this file, and so does hot reload.
 //!
 //! The head of a shader declares the forms in which it is compiled, one per line:
-//! - `//! per method`: once for every folder of `gi`, which then provides the includes `method/…`. `except NAMES` leaves
+//! - `//! per method`: once for every folder of `gi`, which then provides the includes `method/…`. `except NAMES`
+//!   leaves
 //!   some out. In a method's own folder, `method/…` is that folder.
 //! - `//! with NAME`: once with the macro NAME and once without. `except METHODS` is as above, and `only METHOD` leaves
 //!   out all other methods.

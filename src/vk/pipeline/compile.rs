@@ -2,8 +2,7 @@
 //!
 //! The head of a shader declares the forms in which it is compiled, one per line:
 //! - `//! per method`: once for every folder of `gi`, which then provides the includes `method/…`. `except NAMES`
-//!   leaves
-//!   some out. In a method's own folder, `method/…` is that folder.
+//!   leaves some out. In a method's own folder, `method/…` is that folder.
 //! - `//! with NAME`: once with the macro NAME and once without. `except METHODS` is as above, and `only METHOD` leaves
 //!   out all other methods.
 //!

@@ -30,3 +30,15 @@ float cosine_aperture(uint count) {
 vec3 above_facet(vec3 d, vec3 facet) {
     return d - 2.0 * min(dot(d, facet), 0.0) * facet;
 }
+
+// The shading normal, bent until it faces the incoming ray.
+vec3 normal_against(vec3 normal, vec3 d) {
+    return normalize(normal - d * max(dot(normal, d) + 1e-3, 0.0));
+}
+
+// A cosine-distributed direction about +z. `u` are two numbers in [0, 1).
+vec3 cosine_sample(vec2 u) {
+    float r = sqrt(u.y);
+    float turn = 2.0 * PI * u.x;
+    return vec3(r * cos(turn), r * sin(turn), sqrt(max(1.0 - u.y, 0.0)));
+}

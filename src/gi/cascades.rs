@@ -3,7 +3,9 @@
 
 use glam::Vec3;
 
+use crate::ground::Ground;
 use crate::ground::grid::GridPlace;
+use crate::ground::lists::Lists;
 
 /// Nested grids.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +31,11 @@ pub fn places(of: Cascades, eye: Vec3) -> Vec<GridPlace> {
         GridPlace { edge, corner: corner.clamp(Vec3::ZERO, Vec3::splat(most)).into(), voxel }
     };
     (0..count).rev().map(place).collect()
+}
+
+/// The lists of the method's own grids, the finest first.
+pub fn further(ground: &Ground) -> impl Iterator<Item = &Lists> {
+    ground.lists[1..].iter()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod bounces;
 mod cascades;
+mod light_sums;
 
 use std::sync::Arc;
 

@@ -112,6 +112,12 @@ impl Bounces {
     pub fn stored(self) -> u32 {
         if self == Self::One { 1 } else { 2 }
     }
+
+    /// The number of bounces that a ray may take, for shaders; `all` is more than any ray takes.
+    #[cfg_attr(not(internals), doc(hidden))]
+    pub fn limit(self) -> u32 {
+        if self == Self::All { 1 << 30 } else { self.stored() }
+    }
 }
 
 impl Conservative {

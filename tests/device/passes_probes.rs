@@ -105,6 +105,18 @@ fn held(c: &Arc<Context>, grid: &twin::Grid) -> Held {
     }
 }
 
+impl Held {
+    fn binds<'a>(&'a self, frame: &'a Buffer) -> Vec<Bind<'a>> {
+        vec![
+            Bind::buffer("frame", frame),
+            Bind::buffer("probes", &self.probes),
+            Bind::buffer("probe_grids", &self.grids),
+            Bind::buffer("probe_distances", &self.distances),
+            Bind::buffer("probe_light", &self.light),
+        ]
+    }
+}
+
 fn dispatch(c: &Arc<Context>, pipeline: &Compute, binds: &[Bind<'_>], push: &impl Pod, groups: [u32; 3]) {
     let mut recorder = Recorder::new(c, RecorderOptions::default()).expect("a recorder");
     recorder.zone("test", ZoneKind::Compute, 0, |r| r.dispatch(pipeline, &pipeline.select(binds), push, groups));
@@ -130,16 +142,9 @@ fn evaluate_with(function: Function, inputs: &[Arguments], grid: &twin::Grid, ot
     let (frame, held) = (frame.expect("an upload"), held(c, grid));
     let input = upload(c, "inputs", inputs).expect("an upload");
     let output = upload(c, "outputs", &vec![Arguments([[f32::MAX; 4]; 3]); inputs.len()]).expect("an upload");
-    let binds = [
-        Bind::buffer("frame", &frame),
-        Bind::buffer("probes", &held.probes),
-        Bind::buffer("probe_grids", &held.grids),
-        Bind::buffer("probe_distances", &held.distances),
-        Bind::buffer("probe_light", &held.light),
-        Bind::buffer("first_light", &held.light),
-        Bind::buffer("inputs", &input),
-        Bind::buffer("outputs", &output),
-    ];
+    let mut binds = held.binds(&frame);
+    binds.push(Bind::buffer("first_light", &held.light));
+    binds.extend([Bind::buffer("inputs", &input), Bind::buffer("outputs", &output)]);
     let count = inputs.len() as u32;
     dispatch(c, &pipeline, &binds, &count, [count.div_ceil(64), 1, 1]);
     download(c, &output).expect("outputs")
@@ -347,15 +352,8 @@ fn texels_blend_rays_as_their_twin() {
         let frame = upload(c, "frame", &[frame]).expect("an upload");
         let ways = upload(c, "ways", &ways::ways(count, ways::turn(7))).expect("an upload");
         let flat = upload(c, "rays", &flat).expect("an upload");
-        let binds = [
-            Bind::buffer("frame", &frame),
-            Bind::buffer("probes", &held.probes),
-            Bind::buffer("probe_grids", &held.grids),
-            Bind::buffer("probe_distances", &held.distances),
-            Bind::buffer("probe_light", &held.light),
-            Bind::buffer("probe_ways", &ways),
-            Bind::buffer("probe_rays", &flat),
-        ];
+        let mut binds = held.binds(&frame);
+        binds.extend([Bind::buffer("probe_ways", &ways), Bind::buffer("probe_rays", &flat)]);
         let push = ProbesPush { first: 0, step: 0, known };
         dispatch(c, &blend, &binds, &push, [probes.len() as u32, 1, 1]);
         let light: Vec<[f32; 4]> = download(c, &held.light).expect("light");

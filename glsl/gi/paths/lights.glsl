@@ -1,5 +1,6 @@
 // Next-event estimation at the vertices of paths: a vertex samples one point on each kind of light in the scene.
 
+#include "common/power_heuristic.glsl"
 #include "gi/paths/through.glsl"
 #include "ground/lamps.glsl"
 #include "ground/lights.glsl"
@@ -22,14 +23,6 @@ struct ToLight {
 
 const ToLight NO_LIGHT = ToLight(false, vec3(0.0), 0.0, vec3(0.0), vec3(0.0), 0.0);
 
-// The weight of a sample whose technique has the density `own`, where the other technique has `other`. It is the power
-// heuristic with exponent 2 (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering",
-// 1995).
-float power_share(float own, float other) {
-    float ratio = other / max(own, 1e-30);
-    return 1.0 / (1.0 + ratio * ratio);
-}
-
 // Samples a unit direction uniformly in a cone about unit `axis`. `sine2` is the squared sine of the cone's half angle.
 // `versine` is 1 minus the cosine between the direction and the axis.
 vec3 within_cone(vec3 axis, float sine2, vec2 u, out float versine) {
@@ -39,30 +32,46 @@ vec3 within_cone(vec3 axis, float sine2, vec2 u, out float versine) {
     return normalize(tangent_frame(axis) * vec3(sine * cos(turn), sine * sin(turn), 1.0 - versine));
 }
 
-// Chooses a light with a probability proportional to its irradiance here, and samples a point on it. A light with a
-// radius is a uniform sphere; a directional light is a uniform disc.
-ToLight to_punctual(vec3 position, float choice, vec2 u) {
+// The irradiance at a position of a light of the sky, or of another one; 0 for a light that is not `of_sky`.
+float light_weight(Light light, bool of_sky, vec3 position) {
+    bool counts = (light.kind == LIGHT_SKY) == of_sky;
+    return counts ? brightest(sample_light(light, position, frame.voxel_m).irradiance) : 0.0;
+}
+
+struct LightChoice {
+    uint index;
+    float share; // probability; 0: no light shines here
+    float within; // position of the random number in the interval of the light, 0 to 1
+};
+
+// Chooses one of the sky's lights, or of all others, with a probability proportional to its irradiance.
+LightChoice choose_light(bool of_sky, vec3 position, float choice) {
     float total = 0.0;
     for (uint k = 0u; k < frame.light_count; k++) {
-        float shines = lights[k].kind == LIGHT_SKY ? 0.0 : 1.0;
-        total += shines * brightest(sample_light(lights[k], position, frame.voxel_m).irradiance);
+        total += light_weight(lights[k], of_sky, position);
     }
+    LightChoice taken = LightChoice(0u, 0.0, 0.0);
     float left = choice * total;
-    uint taken = 0u;
-    float share = 0.0;
     bool searching = total > 0.0;
     for (uint k = 0u; k < frame.light_count && searching; k++) {
-        float shines = lights[k].kind == LIGHT_SKY ? 0.0 : 1.0;
-        float own = shines * brightest(sample_light(lights[k], position, frame.voxel_m).irradiance);
-        taken = own > 0.0 ? k : taken;
-        share = own > 0.0 ? own / total : share;
+        float own = light_weight(lights[k], of_sky, position);
+        if (own > 0.0) {
+            taken = LightChoice(k, own / total, left / own);
+        }
         searching = own <= 0.0 || left >= own;
         left -= own;
     }
-    if (share <= 0.0) {
+    return taken;
+}
+
+// Samples a point on one of the point, spot and directional lights. A light with a radius is a uniform sphere; a
+// directional light is a uniform disc.
+ToLight to_punctual(vec3 position, float choice, vec2 u) {
+    LightChoice taken = choose_light(false, position, choice);
+    if (taken.share <= 0.0) {
         return NO_LIGHT;
     }
-    Light light = lights[taken];
+    Light light = lights[taken.index];
     LightSample middle = sample_light(light, position, frame.voxel_m);
     float radius2 = light.radius * light.radius;
     bool far = is_far(light);
@@ -72,7 +81,7 @@ ToLight to_punctual(vec3 position, float choice, vec2 u) {
     to.any = true;
     to.way = within_cone(middle.direction, sine2, u, versine);
     // A cone of even radiance L gives the irradiance π L sin²; its solid angle is 2π sin² / (1 + cos).
-    to.radiance = middle.irradiance * (2.0 / ((1.0 + sqrt(1.0 - sine2)) * share));
+    to.radiance = middle.irradiance * (2.0 / ((1.0 + sqrt(1.0 - sine2)) * taken.share));
     float aside2 = middle.distance * middle.distance * versine * (2.0 - versine);
     float reach = middle.distance * (1.0 - versine) - sqrt(max(radius2 - aside2, 0.0));
     to.distance = far ? 1e30 : max(reach, 0.0);
@@ -180,30 +189,16 @@ float bright_sky_density(vec3 d) {
 }
 
 // Samples a direction towards the bright part of the sky's map.
-ToLight to_bright_sky(float choice, vec2 u) {
-    float total = 0.0;
-    for (uint k = 0u; k < frame.light_count; k++) {
-        total += lights[k].kind == LIGHT_SKY ? brightest(lights[k].intensity) : 0.0;
-    }
-    float left = choice * total;
-    uint taken = 0u;
-    float within = 0.0; // position of `choice` in the interval of the light, 0 to 1
-    bool searching = total > 0.0;
-    for (uint k = 0u; k < frame.light_count && searching; k++) {
-        float own = lights[k].kind == LIGHT_SKY ? brightest(lights[k].intensity) : 0.0;
-        taken = own > 0.0 ? k : taken;
-        within = own > 0.0 ? left / own : within;
-        searching = own <= 0.0 || left >= own;
-        left -= own;
-    }
-    Light light = lights[taken];
+ToLight to_bright_sky(vec3 position, float choice, vec2 u) {
+    LightChoice taken = choose_light(true, position, choice);
+    Light light = lights[taken.index];
     vec2 sine2 = sky_cones(light);
     float versine;
     ToLight to = NO_LIGHT;
-    to.way = within_cone(-light.direction, within < 0.5 ? sine2.x : sine2.y, u, versine);
+    to.way = within_cone(-light.direction, taken.within < 0.5 ? sine2.x : sine2.y, u, versine);
     to.distance = 1e30;
     to.density = bright_sky_density(to.way);
-    to.any = total > 0.0 && to.density > 0.0;
+    to.any = taken.share > 0.0 && to.density > 0.0;
     to.radiance = sky_towards(to.way) / (frame.scale * max(to.density, 1e-30));
     return to;
 }

@@ -1,6 +1,7 @@
 // Method `paths`: paths start at the surfaces that the image shows. Surfaces that a host drew get the same light by the
 // look-ups that every method has.
 
+#include "common/directions.glsl"
 #include "gi/paths/path.glsl"
 #include "ground/brdf.glsl"
 #include "ground/place_random.glsl"
@@ -34,9 +35,7 @@ MethodLight method_shades(SeenSurface seen, uvec2 pixel) {
 // The unoccluded share of the hemisphere over a surface, estimated by one ray.
 float method_open_share(Surface s, uvec2 pixel) {
     vec4 random = random_numbers(uvec4(path_seed(pixel), ~0u, 0u));
-    float r = sqrt(random.y);
-    float turn = 2.0 * PI * random.x;
-    vec3 d = tangent_frame(s.facet) * vec3(r * cos(turn), r * sin(turn), sqrt(1.0 - random.y));
+    vec3 d = tangent_frame(s.facet) * cosine_sample(random.xy);
     vec3 open = light_through(ray_start(s.position, s.facet, d), d, 1e30, false, vec3(0.0));
     return (open.r + open.g + open.b) / 3.0;
 }
@@ -58,9 +57,7 @@ vec3 light_along(Surface s, vec3 d, float found, uvec2 seed) {
 vec4 look_up_diffuse(Surface s, uvec3 place) {
     uvec2 seed = place_seed_of_pass(s, place.x | place.y << 16u);
     vec4 random = random_numbers(uvec4(seed, ~0u, 0u));
-    float r = sqrt(random.y);
-    float turn = 2.0 * PI * random.x;
-    vec3 d = tangent_frame(s.normal) * vec3(r * cos(turn), r * sin(turn), sqrt(1.0 - random.y));
+    vec3 d = tangent_frame(s.normal) * cosine_sample(random.xy);
     return vec4(light_along(s, above_facet(d, s.facet), 0.0, seed), 1.0);
 }
 

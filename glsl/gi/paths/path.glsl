@@ -90,7 +90,7 @@ vec3 light_found(Surface s, Scatterer b, uint kinds, uvec4 seed) {
         } else if (kind == KIND_LIGHT) {
             to = to_punctual(s.position, random.x, random.zw);
         } else {
-            to = to_bright_sky(random.x, random.zw);
+            to = to_bright_sky(s.position, random.x, random.zw);
         }
         vec3 light = vec3(0.0);
         if (to.any) {

@@ -287,9 +287,8 @@ Scattered scatter(Surface s, Scatterer b, float lobe, vec2 u) {
         possible = possible && l.z < 0.0;
     }
     if (even || even_below) {
-        float r = sqrt(u.y);
-        float turn = 2.0 * PI * u.x;
-        l = vec3(r * cos(turn), r * sin(turn), (even ? 1.0 : -1.0) * sqrt(max(1.0 - u.y, 0.0)));
+        l = cosine_sample(u);
+        l.z *= even ? 1.0 : -1.0;
         possible = true;
     }
     to.way = normalize(basis * l);

@@ -11,6 +11,6 @@ layout(constant_id) const bool COUNTS_BEHIND = false; // whether probes behind a
 layout(constant_id) const bool VISIBILITY = true; // whether a wall reduces the weight of the probes that it hides
 layout(constant_id) const bool CLASSIFY = true; // whether probes that light nothing send no rays
 layout(constant_id) const float HYSTERESIS = 0.0; // share of a texel that stays from the pass before
-layout(constant_id) const uint BOUNCES = 64u; // 64: no limit
+layout(constant_id) const uint BOUNCES = 64u; // all: more than any ray takes
 
 const uint PROBES_PER_GRID = PROBE_EDGE * PROBE_EDGE * PROBE_EDGE;

@@ -67,7 +67,7 @@ vec3 seen_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         }
         vec3 at = origin + d * met.distance;
         if (glass) {
-            vec3 n = normalize(s.normal - d * max(dot(s.normal, d) + 1e-3, 0.0));
+            vec3 n = normal_against(s.normal, d);
             vec3 way = refraction_direction(d, n, max(s.ior, 1.0), met.back, false);
             bool leaves = dot(way, s.facet) < 0.0;
             through *= leaves ? s.albedo * transmission : vec3(1.0);
@@ -78,8 +78,7 @@ vec3 seen_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
             least = 0.0;
         } else if (mirrored > 0.0) {
             through *= mirrored * lobes_towards(s, -d).specular;
-            vec3 n = normalize(s.normal - d * max(dot(s.normal, d) + 1e-3, 0.0));
-            d = above_facet(reflect(d, n), s.facet);
+            d = above_facet(reflect(d, normal_against(s.normal, d)), s.facet);
             origin = at + s.facet * ray_start_at(at);
             least = 0.0;
             mirrors++;

@@ -2,6 +2,7 @@
 // the rest. Both are weighted by the power heuristic with exponent 2 (Veach and Guibas, "Optimally Combining Sampling
 // Techniques for Monte Carlo Rendering", 1995).
 
+#include "common/power_heuristic.glsl"
 #include "ground/brdf.glsl"
 #include "ground/lamps.glsl"
 #include "gi/rays/constants.glsl"
@@ -81,18 +82,12 @@ float lamp_points_about(float shine, vec3 normal, vec3 way, vec3 facet, float ov
     return over_light * shine * (frame.lamp_tree != 0u ? to_place : way2 * sqrt(way2) / towards);
 }
 
-// The weight of a sample if its own technique has `own` samples per steradian and the other one has `other`.
-float share_of(float own, float other) {
-    float ratio = own > 0.0 ? other / own : SHARP;
-    return 1.0 / (1.0 + ratio * ratio);
-}
-
 // The share of a lamp's light in the lobe that a point on the lamp finds.
 float point_share(Surface s, Lobes lobes, vec3 view, vec3 position, LampPoint to, float over_light) {
     vec3 way = to.point - position;
     float rays = mirrored_rays_about(s, lobes, view, normalize(way));
     float points = lamp_points_about(to.shine, to.normal, way, s.facet, points_shared(s) * over_light);
-    return rays > 0.0 ? to.here * share_of(points, rays) : 1.0;
+    return rays > 0.0 ? to.here * power_share(points, rays) : 1.0;
 }
 
 #define METHOD_LAMP_SHARES

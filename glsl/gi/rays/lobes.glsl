@@ -37,12 +37,6 @@ float cosine_in_air(float c, float ior, bool inside) {
     float sine2 = inside ? (1.0 - c * c) * ior * ior : 1.0 - c * c;
     return sine2 < 1.0 ? sqrt(1.0 - sine2) : inside ? -1.0 : 0.0;
 }
-
-// The shading normal, bent until it faces the incoming ray.
-vec3 normal_against(vec3 normal, vec3 d) {
-    return normalize(normal - d * max(dot(normal, d) + 1e-3, 0.0));
-}
-
 // The share of a metal's reflection that is sharp. Its items store that share as diffuse light; a ray that should show
 // it sharply continues in the mirror direction instead.
 float mirror_share(Surface s) {
@@ -111,7 +105,7 @@ Seen look_along(vec3 position, vec3 facet, vec3 d, float aperture, float bright,
         vec3 emitted = through * (met.dark || s.unlit ? 0.0 : s.opacity) * s.emitted;
         if (mirrors < 2u) {
             float about = lamp_points_about(brightest(m.emissive), met.normal, way * d, facet, points);
-            seen.lamps += emitted * share_of(rays, about);
+            seen.lamps += emitted * power_share(rays, about);
         } else if (LAMPS == LAMPS_SAMPLED) {
             seen.light += emitted * frame.scale; // the light that it reflects came with a bounce
         }

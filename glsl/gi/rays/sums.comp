@@ -1,22 +1,18 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// The radiance of the lit items, summed over blocks of each box as integers, so that the order does not matter:
-// feedback has settled once these sums no longer change. A thread per lit item.
+// Sums the radiance of the lit items over blocks of each box. A thread per lit item.
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
 #include "common/count.glsl"
 #include "ground/cells.glsl"
-
-const uint BLOCKS = 4u; // along each edge
-const float UNITS = 64.0; // per unit of stored radiance on a voxel's face
+#include "ground/light_sums.glsl"
 
 layout(local_size_x = 64) in;
 
 layout(scalar) readonly buffer ListItems { ListItem list_items[]; };
 layout(scalar) readonly buffer LitItems { uint lit_items[]; };
 layout(scalar) readonly buffer SeenLights { ItemLight seen_lights[]; };
-layout(scalar) buffer LightSums { uvec2 light_sums[]; }; // low word, high word
 
 void main() {
     uint count = cell_counts[LIT_COUNTS].count;
@@ -29,10 +25,6 @@ void main() {
         COUNT(LIST_ITEMS, 1u);
         float sent = dot(light.front + light.back, vec3(light.opacity * light.area));
         // The face of a smaller voxel has a smaller weight.
-        uint units = uint(min(sent * UNITS / float(1u << 4u * number), 4.2e9));
-        uint place = block.x + BLOCKS * (block.y + BLOCKS * block.z);
-        if (atomicAdd(light_sums[place].x, units) + units < units) {
-            atomicAdd(light_sums[place].y, 1u);
-        }
+        add_to_block(block, sent / float(1u << 4u * number));
     }
 }

@@ -10,7 +10,7 @@ mod field;
 use glam::Vec3;
 
 use super::bounces::{BounceDesc, PerBounce};
-use super::cascades::{self, Cascades};
+use super::cascades::{self, Cascades, further};
 use super::{CoarseLight, IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::{Error, Result};
 use crate::ground::Ground;
@@ -258,11 +258,6 @@ impl Lighting {
 
 fn nested(own: &Settings, base_edge: u32) -> Cascades {
     Cascades { edge: own.edge, count: own.cascades, base_edge }
-}
-
-/// The lists of the method's own grids, the finest first.
-fn further(ground: &Ground) -> impl Iterator<Item = &Lists> {
-    ground.lists[1..].iter()
 }
 
 fn push_of(lists: &Lists, cascade: usize) -> LpvPush {

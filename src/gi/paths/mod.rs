@@ -8,13 +8,10 @@ use super::{IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
 use crate::ground::memory_plan::MemoryRow;
-use crate::settings::{Bounces, Settings as AllSettings};
+use crate::settings::Settings as AllSettings;
 use crate::vk::{Bind, Constant, Recorder};
 
 pub use crate::settings::methods::paths::Settings;
-
-/// Value of the constant `BOUNCES` for unlimited bounces: `ALL_BOUNCES` in `glsl/gi/paths/constants.glsl`.
-const ALL_BOUNCES: u32 = 1 << 30;
 
 pub const PASS_UNITS: &[(&str, PassUnit)] = &[];
 
@@ -48,6 +45,5 @@ impl IndirectMethod for Lighting {
 
 /// All constants that the method declares.
 pub fn constants(settings: &AllSettings) -> [Constant; 2] {
-    let bounces = if settings.bounces == Bounces::All { ALL_BOUNCES } else { settings.bounces.stored() };
-    [("PATHS", settings.of.paths.paths.into()), ("BOUNCES", bounces.into())]
+    [("PATHS", settings.of.paths.paths.into()), ("BOUNCES", settings.bounces.limit().into())]
 }

@@ -11,7 +11,8 @@ pub mod ways;
 
 use glam::{DQuat, Vec3};
 
-use super::cascades::{self, Cascades};
+use super::cascades::{self, Cascades, further};
+use super::light_sums::{self, LightSums};
 use super::{CoarseLight, IndirectMethod, Maker, PassUnit, Update, Wants};
 use crate::ground::Ground;
 use crate::ground::constants::{DIRECT_FOUND, DIRECT_READ, Features, with};
@@ -33,9 +34,6 @@ pub const FEELERS: u32 = 32;
 /// Bytes of a probe's texels of light and of distances, including borders (`glsl/gi/probes/grid.glsl`).
 const LIGHT_BYTES: u64 = 10 * 10 * 16;
 const DISTANCES_BYTES: u64 = 18 * 18 * 8;
-/// Bytes of the sums that tell whether feedback has settled: one of 64 bits for each of 4³ blocks
-/// (`glsl/gi/probes/sums.comp`).
-const SUMS_BYTES: u64 = 4 * 4 * 4 * 8;
 /// The size of a storage buffer that every device can bind, bytes.
 const MOST_BYTES: u64 = 128 << 20;
 /// Labels of the buffers of light: the first for all bounces, the second for the first bounce alone.
@@ -73,7 +71,6 @@ pub struct Lighting {
     /// Traces rays that also reflect the probes' light of the pass before; absent with one bounce.
     bounced: Option<Compute>,
     blend: Compute,
-    sum: Compute,
     grids: Buffer,
     probes: Buffer,
     distances: Buffer,
@@ -82,7 +79,8 @@ pub struct Lighting {
     ways: Buffer,
     rays: Buffer,
     felt: Buffer,
-    sums: Buffer,
+    /// Absent unless the light feeds back.
+    sums: Option<LightSums>,
     settings: Settings,
     bounces: Bounces,
     base_edge: u32,
@@ -111,8 +109,8 @@ impl IndirectMethod for Lighting {
             ("probe directions", u64::from(own.rays + FEELERS) * size_of::<[f32; 3]>() as u64),
             ("probe rays", probes * u64::from(own.rays) * size_of::<ProbeRay>() as u64),
             ("felt distances", probes * u64::from(FEELERS) * 4),
-            ("light sums", SUMS_BYTES),
         ];
+        rows.extend((settings.bounces == Bounces::All).then_some(light_sums::ROW));
         rows.extend(LIGHTS[..stored(settings.bounces)].iter().map(|name| (*name, probes * LIGHT_BYTES)));
         rows
     }
@@ -147,7 +145,6 @@ impl IndirectMethod for Lighting {
             direct: compute("trace", "gi/probes/trace.comp", &lit)?,
             bounced: (settings.bounces.stored() > 1).then(bounced).transpose()?,
             blend: compute("blend", "gi/probes/blend.comp", &lit)?,
-            sum: compute("sums", "gi/probes/sums.comp", &lit)?,
             grids: buffer("probe grids")?,
             probes: buffer("probes")?,
             distances: buffer("probe distances")?,
@@ -155,7 +152,7 @@ impl IndirectMethod for Lighting {
             ways: buffer("probe directions")?,
             rays: buffer("probe rays")?,
             felt: buffer("felt distances")?,
-            sums: buffer("light sums")?,
+            sums: feeds.then(|| LightSums::new(context, "gi/probes/sums.comp", &lit)).transpose()?,
             settings: own.clone(),
             bounces: settings.bounces,
             base_edge: settings.voxels,
@@ -193,8 +190,8 @@ impl IndirectMethod for Lighting {
             let names = ["trace 2", "blend 2"];
             self.light(r, ground, &Pass { trace: second, names, to: 0, history: NONE, lights_alone: true });
         }
-        if update.measured {
-            self.sum(r);
+        if let Some(sums) = self.sums.as_ref().filter(|_| update.measured) {
+            self.sum(r, sums);
         }
     }
 
@@ -207,7 +204,7 @@ impl IndirectMethod for Lighting {
     }
 
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {
-        (self.bounces == Bounces::All).then_some(CoarseLight::Sums(&self.sums))
+        self.sums.as_ref().map(LightSums::coarse)
     }
 }
 
@@ -302,18 +299,11 @@ impl Lighting {
         });
     }
 
-    fn sum(&self, r: &mut Recorder) {
-        let binds = [
-            Bind::buffer("probes", &self.probes),
-            Bind::buffer("probe_light", &self.lights[0]),
-            Bind::buffer("light_sums", &self.sums),
-        ];
-        r.zone("sums", ZoneKind::Compute, SUMS_BYTES, |r| {
-            r.full_barrier(); // the light was written, the sums before may have been read
-            r.fill(&self.sums, 0, SUMS_BYTES, 0);
-            r.full_barrier(); // the sums are cleared
-            let groups = [probes(&self.settings).div_ceil(64), 1, 1];
-            r.dispatch(&self.sum, &self.sum.select(&binds), &(), groups);
+    fn sum(&self, r: &mut Recorder, sums: &LightSums) {
+        sums.record(r, |r, pass, sums| {
+            let binds =
+                [Bind::buffer("probes", &self.probes), Bind::buffer("probe_light", &self.lights[0]), sums];
+            r.dispatch(pass, &pass.select(&binds), &(), [probes(&self.settings).div_ceil(64), 1, 1]);
         });
     }
 
@@ -328,7 +318,7 @@ impl Lighting {
             Bind::buffer("probe_grids", &self.grids),
             Bind::buffer("probe_distances", &self.distances),
             Bind::buffer("probe_light", &self.lights[light]),
-            Bind::buffer("first_light", self.lights.last().unwrap_or(&self.sums)),
+            Bind::buffer("first_light", &self.lights[self.lights.len() - 1]),
         ]
     }
 }
@@ -345,11 +335,6 @@ fn stored(bounces: Bounces) -> usize {
 
 fn nested(own: &Settings, base_edge: u32) -> Cascades {
     Cascades { edge: own.edge, count: own.cascades, base_edge }
-}
-
-/// The lists of the method's own grids, the finest first.
-fn further(ground: &Ground) -> impl Iterator<Item = &Lists> {
-    ground.lists[1..].iter()
 }
 
 fn grid_of(lists: &Lists) -> ProbeGrid {

@@ -9,6 +9,7 @@
 pub mod inspect;
 
 use super::bounces::{BounceDesc, PerBounce};
+use super::light_sums::{self, LightSums};
 use super::{CoarseLight, IndirectMethod, Maker, OnDemand, PassUnit, Update, Wants};
 use crate::Result;
 use crate::ground::Ground;
@@ -16,16 +17,9 @@ use crate::ground::cells::{LIT_COUNTS, SECOND_COUNTS};
 use crate::ground::constants::{DIRECT_READ, LIT_GROUPED, constants, with};
 use crate::ground::memory_plan::MemoryRow;
 use crate::settings::{Bounces, Settings as AllSettings};
-use crate::vk::{Bind, Buffer, BufferKind, Compute, ComputeDesc, Constant, Recorder, ZoneKind};
+use crate::vk::{Bind, Buffer, Compute, ComputeDesc, Constant, Recorder, ZoneKind};
 
 pub use crate::settings::methods::rays::Settings;
-
-/// The value of the constant `BOUNCES` for all bounces, which exceeds the hits of any ray.
-const ALL_BOUNCES: u32 = 64;
-
-/// Bytes of the sums that detect whether feedback has settled: 64 bits for each of 4³ blocks of the grid
-/// (`glsl/gi/rays/sums.comp`).
-const SUMS_BYTES: u64 = 4 * 4 * 4 * 8;
 
 pub const PASS_UNITS: &[(&str, PassUnit)] = &[("shade", PassUnit::WalkedItems)];
 
@@ -47,8 +41,7 @@ struct Light {
 /// Resources that only `bounces = all` needs.
 struct Feedback {
     carry: Compute,
-    sum: Compute,
-    sums: Buffer,
+    sums: LightSums,
 }
 
 impl IndirectMethod for Lighting {
@@ -76,7 +69,7 @@ impl IndirectMethod for Lighting {
     }
 
     fn plan(settings: &AllSettings) -> Vec<MemoryRow> {
-        if settings.bounces == Bounces::All { vec![("light sums", SUMS_BYTES)] } else { vec![] }
+        if settings.bounces == Bounces::All { vec![light_sums::ROW] } else { vec![] }
     }
 
     fn new(maker: &Maker) -> Result<Self> {
@@ -107,8 +100,7 @@ impl IndirectMethod for Lighting {
         let feedback = || {
             Ok(Feedback {
                 carry: compute("carry", "gi/rays/carry.comp", &items)?,
-                sum: compute("sums", "gi/rays/sums.comp", &items)?,
-                sums: Buffer::new(context, "light sums", SUMS_BYTES, BufferKind::Device)?,
+                sums: LightSums::new(context, "gi/rays/sums.comp", &items)?,
             })
         };
         Ok(Self {
@@ -168,7 +160,7 @@ impl IndirectMethod for Lighting {
     }
 
     fn coarse_light(&self) -> Option<CoarseLight<'_>> {
-        self.feedback.as_ref().map(|feedback| CoarseLight::Sums(&feedback.sums))
+        self.feedback.as_ref().map(|feedback| feedback.sums.coarse())
     }
 }
 
@@ -275,12 +267,8 @@ impl Feedback {
     }
 
     fn sum(&self, r: &mut Recorder, ground: &Ground) {
-        let binds = vec![Bind::buffer("list_items", &ground.base().items), Bind::buffer("light_sums", &self.sums)];
-        r.zone("sums", ZoneKind::Compute, SUMS_BYTES, |r| {
-            r.full_barrier(); // the light was written, and the previous sums may have been read
-            r.fill(&self.sums, 0, SUMS_BYTES, 0);
-            r.full_barrier(); // the sums are 0
-            over_lit_items(r, ground, &self.sum, binds);
+        self.sums.record(r, |r, pass, sums| {
+            over_lit_items(r, ground, pass, vec![Bind::buffer("list_items", &ground.base().items), sums]);
         });
     }
 }
@@ -288,11 +276,10 @@ impl Feedback {
 /// All constants that the method declares, and the ground's `BOXES`.
 pub fn look_up_constants(settings: &AllSettings, boxes: u32) -> [Constant; 4] {
     let own = &settings.of.rays;
-    let bounces = if settings.bounces == Bounces::All { ALL_BOUNCES } else { settings.bounces.stored() };
     [
         ("DIFFUSE_RAYS", own.diffuse.into()),
         ("LOBE_RAYS", own.glossy.into()),
-        ("BOUNCES", bounces.into()),
+        ("BOUNCES", settings.bounces.limit().into()),
         ("BOXES", boxes.into()),
     ]
 }

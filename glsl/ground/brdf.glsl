@@ -134,7 +134,6 @@ struct Viewed {
     Lobes lobes;
     bool back; // the side against the winding
     float bend; // change of the normal over half a pixel, radians
-    vec3 gathered; // stored radiance of its specular lobe from gathered light, if a method gathers for it
 };
 
 // Light that a surface sends to a viewer, to which a method's look-up adds.
@@ -163,5 +162,5 @@ Lobes coat_lobes(Lobes lobes) {
 
 // The coat alone, for the same viewer.
 Viewed coat_viewed(Viewed v) {
-    return Viewed(v.view, coat_lobes(v.lobes), v.back, v.bend, v.gathered);
+    return Viewed(v.view, coat_lobes(v.lobes), v.back, v.bend);
 }

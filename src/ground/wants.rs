@@ -67,6 +67,8 @@ pub struct Wants {
     /// Whether pixels are shaded triangle by triangle by a rasteriser, as in the talk, with `glsl/gi/<name>/image.frag`
     /// instead of a compute shader.
     pub drawn: bool,
+    /// Whether the method computes all light of a visible surface by itself: `METHOD_SHADES` in its look-up.
+    pub shades: bool,
     /// Whether the method has its own shadows.
     pub shadows: bool,
     /// Whether its random numbers, and so its light, change with the time of the animation.

@@ -1,6 +1,7 @@
 //! The Vulkan layer: data in, a compute pass, data out; reflection; zones, log and errors.
 
 use crate::gpu;
+use crate::studio::asset;
 
 use bytemuck::{Pod, Zeroable};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -266,11 +267,34 @@ fn programs_are_described_where_the_driver_can() {
         let programs = context.executables().unwrap().unwrap();
         assert_eq!(programs.len(), 1 + passes.len(), "each was compiled");
         print!("{}", table(Some(&programs), &context.name));
+        image_parts_take_fewer_registers_than_all_at_once(&context);
     }
     assert_eq!(context.take_validation_messages(), Vec::<String>::new());
     if *SAYS_MUCH {
         std::mem::forget(context); // without a card RADV cannot wait for its device, and so not end it
     }
+}
+
+/// Parts of the image's light that few fragments need are passes of their own, so that the pass over all fragments holds
+/// fewer registers.
+fn image_parts_take_fewer_registers_than_all_at_once(context: &std::sync::Arc<vk::Context>) {
+    let settings = Settings::fast();
+    let features = Features::of_settings(&asset("gallery.glb"), &settings);
+    let ground = constants::with(constants::constants(&settings, features), &[("LINKED", true.into())]);
+    let registers = [1u32, 2, 4, 7].map(|parts| {
+        let rays = [("DIFFUSE_RAYS", 8u32), ("LOBE_RAYS", 8), ("BOUNCES", 2), ("PARTS", parts)];
+        let all = constants::with(ground.clone(), &rays.map(|(name, value)| (name, value.into())));
+        let shader = "ground/image/image.comp rays GATHERED";
+        let _pass = Compute::new(context, &ComputeDesc { label: "image", shader, constants: &all }).unwrap();
+        let programs = context.executables().unwrap().unwrap();
+        let program = programs.last().unwrap();
+        print!("parts {parts}: {}", table(Some(std::slice::from_ref(program)), &context.name));
+        let taken = program.statistics.iter().find(|statistic| statistic.name == "VGPRs");
+        taken.map_or(String::new(), |statistic| statistic.value.to_string()).parse::<u32>().unwrap()
+    });
+    let [light, look_ups, lobes, all] = registers;
+    println!("vector registers of the image's parts: {light}, {look_ups}, {lobes}; of all at once: {all}");
+    assert!(light < all && look_ups < all && lobes <= all, "{registers:?}");
 }
 
 /// Set where the driver is known to describe programs.

@@ -35,6 +35,7 @@ fn of_passes(way: u32) -> Vec<Constant> {
         ("LIT", [LIT_EACH, LIT_GROUPED, LIT_GROUPED][way as usize].into()),
         ("BOXES", way.into()),
         ("BLENDED", (way % 2).into()),
+        ("PARTS", [7u32, 1, 6][way as usize].into()),
         ("SAMPLES", [1u32, 4, 8][way as usize].into()),
         ("HARDWARE", (way % 2).into()),
         ("COUNTING", (way == 2).into()),

@@ -13,6 +13,8 @@ layout(push_constant) uniform Push {
     uint first_seen; // the first row that the band sees
 } push;
 
+const uint PARTS = 7u; // all
+
 #include "ground/image/seen_by_samples.glsl"
 #include "ground/image/shade.glsl"
 
@@ -36,7 +38,8 @@ void main() {
     for (uint i = 0u; i < PIXEL_SAMPLES; i++) {
         covered |= seen_by(at, i) == id ? 1u << i : 0u;
     }
-    Shown shown = shade(in_triangle, in_back != 0u, at + uvec2(0u, push.first_seen), covered, true);
+    uint needs = 0u;
+    Shown shown = shade(in_triangle, in_back != 0u, at + uvec2(0u, push.first_seen), covered, true, needs);
     out_beauty = shown.beauty;
 #ifdef AOVS
     out_direct = shown.direct;

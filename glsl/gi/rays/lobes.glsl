@@ -146,7 +146,6 @@ Outgoing look_in_lobes(Surface s, Viewed viewed) {
     Lobes lobes = viewed.lobes;
     float alpha = s.roughness * s.roughness;
     float by_rays = 1.0 - gathered_share(s, lobes);
-    sum.indirect += (1.0 - by_rays) * viewed.gathered;
     bool transmits = feature(FEATURE_TRANSMISSION) && s.transmission > 0.0;
     bool thin = s.thickness_m <= 0.0;
     bool inside = viewed.back && !thin;

@@ -4,7 +4,7 @@
 // Makes fragments from the samples of blended triangles: one for all samples of a pixel that see a triangle, sorted
 // back to front, and for equal depths in the scene's order. Marks fragments with others in front. A thread per pixel.
 
-#define LISTS_FRAGMENTS
+#define WRITES_FRAGMENTS
 #include "common/count.glsl"
 #include "ground/frame.glsl"
 #include "ground/image/fragments.glsl"

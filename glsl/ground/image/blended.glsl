@@ -4,6 +4,7 @@
 
 layout(scalar) readonly buffer BlendedFragments {
     ListCount blended_count;
+    ListCount blended_queues[QUEUES];
     Fragment blended_fragments[];
 };
 // For each pixel that a band sees: the start and the number of its fragments.

@@ -7,7 +7,7 @@
 #include "common/count.glsl"
 #include "ground/frame.glsl"
 
-#define LISTS_FRAGMENTS
+#define WRITES_FRAGMENTS
 #include "ground/image/fragments.glsl"
 #include "ground/image/seen_by_samples.glsl"
 

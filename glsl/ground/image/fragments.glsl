@@ -1,6 +1,6 @@
 // Visible triangles, with one entry for each pixel and triangle, so that no thread is idle however small triangles are.
-// Shaders that list them define LISTS_FRAGMENTS.
-//! with LISTS_FRAGMENTS
+// Shaders that write the list or its queues define WRITES_FRAGMENTS. Twin: src/ground/image/fragments.rs.
+//! with WRITES_FRAGMENTS
 
 #include "ground/constants.glsl"
 #include "ground/layout.glsl"
@@ -16,20 +16,32 @@ const uint ACROSS_BITS = 15u;
 const uint PLACE_BITS = 28u;
 const uint COUNT_BITS = 3u;
 
-#ifdef LISTS_FRAGMENTS
+#ifdef WRITES_FRAGMENTS
 #define FRAGMENTS_ACCESS
 #else
 #define FRAGMENTS_ACCESS readonly
 #endif
 
+// Queues of the fragments that need further passes; both may have all fragments.
+const uint TO_LOOK_UP = 0u;
+const uint WITH_LOBES = 1u;
+const uint QUEUES = 2u;
+
 layout(scalar) FRAGMENTS_ACCESS buffer Fragments {
     ListCount fragment_count; // groups of 64 fragments, and their number
-    Fragment fragments[];
+    ListCount queue_counts[QUEUES];
+    Fragment fragments[]; // the second half has the queues: an entry of the first as place, one of the second as seen
 };
+
+// The capacity for fragments.
+uint fragment_room() {
+    return uint(fragments.length()) / 2u;
+}
+
 // For each pixel that a band sees: the start of its fragments, and in the low bits their number.
 layout(scalar) FRAGMENTS_ACCESS buffer PixelFragments { uint pixel_fragments[]; };
 
-#ifdef LISTS_FRAGMENTS
+#ifdef WRITES_FRAGMENTS
 // Reserves room for `count` more fragments; returns the first slot.
 uint take_slots(uint count) {
     uint slot = count > 0u ? atomicAdd(fragment_count.count, count) : 0u;
@@ -39,7 +51,24 @@ uint take_slots(uint count) {
     }
     return slot;
 }
+
+// Adds an entry to a queue. The order depends on the order of threads; the light of each entry does not.
+void put_in_queue(uint queue, uint entry) {
+    uint at = atomicAdd(queue_counts[queue].count, 1u);
+    if (at % 64u == 0u) {
+        atomicMax(queue_counts[queue].groups_x, min(at / 64u + 1u, MOST_GROUPS));
+    }
+    if (queue == TO_LOOK_UP) {
+        fragments[fragment_room() + at].place = entry;
+    } else {
+        fragments[fragment_room() + at].seen = entry;
+    }
+}
 #endif
+
+uint entry_of_queue(uint queue, uint at) {
+    return queue == TO_LOOK_UP ? fragments[fragment_room() + at].place : fragments[fragment_room() + at].seen;
+}
 
 Fragment fragment(uvec2 place, uint covered, uint seen) {
     return Fragment(place.x | place.y << ACROSS_BITS | covered << PLACE_BITS, seen);

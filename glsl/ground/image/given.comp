@@ -67,9 +67,10 @@ void main() {
     bool there = depth > 0.0 && depth < FAR && any(notEqual(texelFetch(given_normal, at, 0).xyz, vec3(0.0)));
     Surface s = given_surface(at, there ? depth : 1.0);
     vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
-    Viewed viewed = Viewed(view, lobes_towards(s, view), false, 0.0, vec3(0.0));
+    Viewed viewed = Viewed(view, lobes_towards(s, view), false, 0.0);
     vec3 direct = vec3(0.0);
     vec3 gathered = vec3(0.0);
+    vec3 gathered_lobe = vec3(0.0);
     // These are loops, which a CPU device leaves early, and which name each look-up once.
     for (uint k = 0u; k < (there ? frame.light_count : 0u); k++) {
         LightSample to = sample_light(lights[k], s.position, frame.voxel_m);
@@ -85,12 +86,15 @@ void main() {
 #ifdef METHOD_GATHERS_LOBES
         vec3 mirrored;
         gathered += look_up_for_view(s, view, place, false, mirrored).rgb / float(places);
-        viewed.gathered += mirrored / float(places);
+        gathered_lobe += mirrored / float(places);
 #else
         gathered += look_up_diffuse(s, place).rgb / float(places);
 #endif
     }
     Outgoing sent = Outgoing(direct, s.diffuse * viewed.lobes.diffuse * gathered);
+#ifdef METHOD_GATHERS_LOBES
+    sent.indirect += gathered_share(s, viewed.lobes) * gathered_lobe;
+#endif
     for (uint k = 0u; k < (there ? 1u : 0u); k++) {
         LampLight lamps = lamp_light(s, view);
         sent.direct += s.diffuse * viewed.lobes.diffuse * lamps.diffuse + lamps.specular;

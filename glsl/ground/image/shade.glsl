@@ -1,9 +1,9 @@
 // Shades the visible part of a triangle in a pixel: direct light at every sample that sees it and, once, the method's
-// look-up. With GATHERED, diffuse light comes from the passes gather and share. Needs: push.first_row.
+// look-up. With GATHERED, diffuse light comes from the passes gather and share. Needs: push.first_row, PARTS.
 //! per method
 //! with GATHERED except none
 //! with AOVS
-//! given layout(push_constant) uniform Push { uint first_row; } push;
+//! given layout(push_constant) uniform Push { uint first_row; } push; const uint PARTS = 7u;
 
 #include "ground/constants.glsl"
 #include "ground/surface.glsl"
@@ -13,6 +13,24 @@
 #include "ground/image/seen.glsl"
 #include "ground/image/gathered.glsl"
 #include "ground/image/gathers.glsl"
+
+// The parts of a fragment's light, of which PARTS are shaded. Parts that few fragments need are passes of their own.
+const uint PART_LIGHT = 1u; // direct and gathered light, and all other layers
+const uint PART_LOOK_UPS = 2u; // look-ups and lamps of the fragment's own, where gathered light is missing
+const uint PART_LOBES = 4u; // specular reflection and transmission
+
+// A macro, like `feature`.
+#define has_part(part) ((PARTS & (part)) != 0u)
+
+// The further parts that a fragment needs. PART_LIGHT finds them.
+const uint NEEDS_LIGHT = 1u; // a look-up of its own
+const uint NEEDS_LAMPS = 2u; // lamps of its own: their specular reflection, or with the next bit all of their light
+const uint NEEDS_DIFFUSE_LAMPS = 4u;
+const uint NEEDS_FAR_SIDE = 8u;
+const uint NEEDS_FEW_RAYS = 16u; // the fragment lies among crumbs
+const uint NEEDS_LOOK_UPS = NEEDS_LIGHT | NEEDS_LAMPS | NEEDS_FAR_SIDE; // any of these needs PART_LOOK_UPS
+const uint NEEDS_LOBES = 32u; // PART_LOBES
+const uint NEEDS_BITS = 6u;
 
 // Radiance, premultiplied by opacity, and the further layers.
 struct Shown {
@@ -44,7 +62,7 @@ Shown shown_as(Surface s, vec3 direct, vec3 indirect, float open) {
 
 #ifdef METHOD_SHADES
 // The method computes all light by itself, from one of the covered samples, each equally often.
-Shown shade(uint triangle, bool back, uvec2 pixel, uint covered, bool nearest) {
+Shown shade(uint triangle, bool back, uvec2 pixel, uint covered, bool nearest, inout uint needs) {
     Triangle t = triangles[triangle];
     Attributes attributes = attributes_of(triangle);
     COUNT(TRIANGLES, 1u);
@@ -99,10 +117,86 @@ float normal_bend(Attributes attributes, PlaceOnTriangle at) {
     return 0.5 * max(length(attributes.normals * at.across), length(attributes.normals * at.down));
 }
 
+// Whether PART_LOBES adds to a surface.
+bool looks_in_lobes(Surface s, Viewed v) {
+#ifdef METHOD_GATHERS_LOBES
+    bool reflects = mirrored_rays(s, v.lobes) > 0u;
+#else
+    bool reflects = feature(FEATURE_SPECULAR) && any(greaterThan(v.lobes.specular, vec3(0.0)));
+#endif
+    return reflects || (feature(FEATURE_TRANSMISSION) && s.transmission > 0.0);
+}
+
+// What a lit surface needs beyond the light that was gathered for it.
+uint needs_of(Surface s, Viewed v, Gathered gathered) {
+    uint needs = sends_through(s) ? NEEDS_FAR_SIDE : 0u;
+    bool near = !gathered.found;
+#ifndef AOVS
+    near = near && gathers(s);
+#endif
+    needs |= near ? NEEDS_LIGHT : 0u;
+    needs |= gathered.crumb ? NEEDS_FEW_RAYS : 0u;
+#ifndef ASKS
+    if (LAMPS == LAMPS_SAMPLED) {
+        // A metal's reflection of lamps varies more from pixel to pixel than its other reflection.
+        bool shares_lamps = gathered.found_lamps && gathered.found_lamp_lobes && scatters(s);
+        needs |= shares_lamps ? 0u : NEEDS_LAMPS;
+        needs |= gathered.found_lamps ? 0u : NEEDS_DIFFUSE_LAMPS;
+    }
+#endif
+    bool lobes = looks_in_lobes(under_layers(s, v), v);
+    if (feature(FEATURE_CLEARCOAT)) {
+        lobes = lobes || looks_in_lobes(coat_of(s), coat_viewed(v));
+    }
+    return needs | (lobes ? NEEDS_LOBES : 0u);
+}
+
+// The look-ups that a fragment needs for itself, in place of gathered light; returns the light on its far side. These
+// are loops, which a CPU device leaves early, and which name each look-up once, because drivers inline it at every
+// call.
+Outgoing look_up_itself(inout Gathered gathered, uint needs, Surface s, vec3 view, uvec2 pixel) {
+    Outgoing through = Outgoing(vec3(0.0), vec3(0.0));
+    uint near_lamps = (needs & NEEDS_LAMPS) != 0u ? 1u : 0u;
+    uint near = (needs & NEEDS_LIGHT) != 0u ? 1u : 0u;
+    uint far = (needs & NEEDS_FAR_SIDE) != 0u ? 1u : 0u;
+    for (uint i = 0u; i < near_lamps + far; i++) {
+        LampLight lamps = no_lamp_light();
+#ifndef ASKS
+        lamps = lamp_light(i < near_lamps ? s : far_side(s), view);
+#endif
+        if (i < near_lamps) {
+            lamps.diffuse = (needs & NEEDS_DIFFUSE_LAMPS) != 0u ? lamps.diffuse : gathered.lamps.diffuse;
+            gathered.lamps = lamps;
+        } else {
+            through.direct = lamps.diffuse;
+        }
+    }
+    // A far side is not gathered with neighbours, so it takes all directions that these would have.
+    const uint places = INTERLEAVE * INTERLEAVE;
+    for (uint i = 0u; i < near + places * far; i++) {
+        uint k = i - near;
+        uvec3 place = i < near ? uvec3(pixel, 0u) : uvec3(k % INTERLEAVE, k / INTERLEAVE, 0u);
+#ifdef METHOD_GATHERS_LOBES
+        vec3 mirrored;
+        bool few = (needs & NEEDS_FEW_RAYS) != 0u;
+        vec4 light = look_up_for_view(i < near ? s : far_side(s), view, place, few, mirrored);
+        gathered.mirrored = i < near ? mirrored : gathered.mirrored;
+#else
+        vec4 light = look_up_diffuse(i < near ? s : far_side(s), place);
+#endif
+        if (i < near) {
+            gathered.light = light;
+        } else {
+            through.indirect += light.rgb / float(places);
+        }
+    }
+    return through;
+}
+
 // `pixel` is in the image. `covered` are its samples that see the triangle. If all do, the pixel's middle is shaded;
 // otherwise the middle of these samples, which also lies in the triangle. `nearest`: light is gathered for the nearest
-// surfaces of a kind.
-Shown shade(uint triangle, bool back, uvec2 pixel, uint covered, bool nearest) {
+// surfaces of a kind. `needs` is found with PART_LIGHT, and given otherwise.
+Shown shade(uint triangle, bool back, uvec2 pixel, uint covered, bool nearest, inout uint needs) {
     Triangle t = triangles[triangle];
     Attributes attributes = attributes_of(triangle);
     COUNT(TRIANGLES, 1u);
@@ -119,73 +213,39 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered, bool nearest) {
     float bend = normal_bend(attributes, at);
     Surface s = evaluate_surface(t, attributes, at.weights, pixel_footprint(attributes, at), back);
     vec3 view = frame.orthographic != 0u ? -frame.forward : normalize(frame.eye - s.position);
-    Viewed viewed = Viewed(view, lobes_towards(s, view), back, bend, vec3(0.0));
+    Viewed viewed = Viewed(view, lobes_towards(s, view), back, bend);
     bool lit = !s.unlit;
-    vec3 direct = s.emitted;
-    if (feature(FEATURE_CLEARCOAT)) {
-        direct *= 1.0 - viewed.lobes.coat;
-    }
-#ifndef ASKS
-    if (lit) {
-        direct += lights_directly(s, a, pixel, covered, viewed.lobes.diffuse);
-        // This runs twice for a coat: for the surface under it, and for the coat.
-        for (uint layer = 0u; layer < (FINDS_LAMPS ? 0u : feature(FEATURE_CLEARCOAT) ? 2u : 1u); layer++) {
-            direct += lamps_along_rays(layer == 0u ? s : coat_of(s), layer == 0u ? viewed : coat_viewed(viewed));
-        }
-    }
-#endif
     Gathered gathered = nothing_gathered();
-#ifdef GATHERED
-    for (uint i = 0u; i < (nearest ? 1u : 0u); i++) {
-        gathered = gathered_nearby(pixel, s.position, s.normal, narrowest_alpha(s));
-    }
-#endif
-    // A surface that no gathered pixel shows computes its own look-up, a surface at an edge its own lamps, and so does
-    // every far side, which is not gathered with neighbours and takes all directions that these would have. These are
-    // loops, which a CPU device leaves early, and which name each look-up once, because drivers inline it at every
-    // call.
-    Outgoing through = Outgoing(vec3(0.0), vec3(0.0));
-    uint near = lit && !gathered.found ? 1u : 0u;
-    // A metal's reflection of lamps varies more from pixel to pixel than its other reflection.
-    uint near_lamps = lit && !(gathered.found_lamps && gathered.found_lamp_lobes && scatters(s)) ? 1u : 0u;
-    uint far = lit && sends_through(s) ? 1u : 0u;
-    for (uint i = 0u; i < near_lamps + far; i++) {
-        LampLight lamps = no_lamp_light();
+    gathered.light.a = has_part(PART_LIGHT) ? 1.0 : 0.0; // parts add up
+    Outgoing sent = Outgoing(vec3(0.0), vec3(0.0));
+    if (has_part(PART_LIGHT)) {
+        sent.direct = s.emitted;
+        if (feature(FEATURE_CLEARCOAT)) {
+            sent.direct *= 1.0 - viewed.lobes.coat;
+        }
 #ifndef ASKS
-        lamps = lamp_light(i < near_lamps ? s : far_side(s), view);
-#endif
-        if (i < near_lamps) {
-            lamps.diffuse = gathered.found_lamps ? gathered.lamps.diffuse : lamps.diffuse;
-            gathered.lamps = lamps;
-        } else {
-            through.direct = lamps.diffuse;
+        if (lit) {
+            sent.direct += lights_directly(s, a, pixel, covered, viewed.lobes.diffuse);
         }
-    }
-#ifndef AOVS
-    near = gathers(s) ? near : 0u;
 #endif
-    const uint places = INTERLEAVE * INTERLEAVE;
-    for (uint i = 0u; i < near + places * far; i++) {
-        uint k = i - near;
-        uvec3 place = i < near ? uvec3(pixel, 0u) : uvec3(k % INTERLEAVE, k / INTERLEAVE, 0u);
-#ifdef METHOD_GATHERS_LOBES
-        vec3 mirrored;
-        vec4 light = look_up_for_view(i < near ? s : far_side(s), view, place, gathered.crumb, mirrored);
-        gathered.mirrored = i < near ? mirrored : gathered.mirrored;
-#else
-        vec4 light = look_up_diffuse(i < near ? s : far_side(s), place);
-#endif
-        if (i < near) {
-            gathered.light = light;
-        } else {
-            through.indirect += light.rgb / float(places);
+#ifdef GATHERED
+        for (uint i = 0u; i < (nearest ? 1u : 0u); i++) {
+            gathered = gathered_nearby(pixel, s.position, s.normal, narrowest_alpha(s));
         }
+#endif
+        needs = lit ? needs_of(s, viewed, gathered) : 0u;
+        // The parts that follow add these.
+        gathered.light *= (needs & NEEDS_LIGHT) != 0u ? 0.0 : 1.0;
+        gathered.lamps.diffuse *= (needs & NEEDS_DIFFUSE_LAMPS) != 0u ? 0.0 : 1.0;
+        gathered.lamps.specular *= (needs & NEEDS_LAMPS) != 0u ? 0.0 : 1.0;
     }
-    Outgoing sent = Outgoing(direct, vec3(0.0));
-    if (lit) {
+    Outgoing through = Outgoing(vec3(0.0), vec3(0.0));
+    if (has_part(PART_LOOK_UPS)) {
+        through = look_up_itself(gathered, needs, s, view, pixel);
+    }
+    if (lit && has_part(PART_LIGHT | PART_LOOK_UPS)) {
         sent.direct += s.diffuse * viewed.lobes.diffuse * gathered.lamps.diffuse + gathered.lamps.specular;
         sent.indirect = s.diffuse * viewed.lobes.diffuse * gathered.light.rgb;
-        viewed.gathered = gathered.mirrored;
         if (feature(FEATURE_SHEEN)) {
             sent.indirect += viewed.lobes.sheen * gathered.light.rgb;
         }
@@ -194,20 +254,27 @@ Shown shade(uint triangle, bool back, uvec2 pixel, uint covered, bool nearest) {
             sent.direct += share * through.direct;
             sent.indirect += share * through.indirect;
         }
-        for (uint layer = 0u; layer < (feature(FEATURE_CLEARCOAT) ? 2u : 1u); layer++) {
-            Surface glossy = under_layers(s, viewed);
-            Viewed seen = viewed;
-            if (layer > 0u) {
-                glossy = coat_of(s);
-                seen = coat_viewed(viewed);
-                // The specular light was gathered for the surface under the coat.
-                seen.gathered = seen.lobes.specular * gathered.light.rgb;
-            }
-            add_glossy(sent, glossy, seen);
+#ifdef METHOD_GATHERS_LOBES
+        sent.indirect += gathered_share(under_layers(s, viewed), viewed.lobes) * gathered.mirrored;
+        if (feature(FEATURE_CLEARCOAT)) {
+            // The specular light was gathered for the surface under the coat.
+            Lobes coat = coat_lobes(viewed.lobes);
+            sent.indirect += gathered_share(coat_of(s), coat) * coat.specular * gathered.light.rgb;
+        }
+#endif
+    }
+    if (has_part(PART_LOBES)) {
+        // This runs twice for a coat: for the surface under it, and for the coat.
+        uint layers = !lit ? 0u : feature(FEATURE_CLEARCOAT) ? 2u : 1u;
+        for (uint layer = 0u; layer < layers; layer++) {
+            Surface glossy = layer == 0u ? s : coat_of(s);
+            Viewed seen = layer == 0u ? viewed : coat_viewed(viewed);
+#ifndef ASKS
+            sent.direct += FINDS_LAMPS ? vec3(0.0) : lamps_along_rays(glossy, seen);
+#endif
+            add_glossy(sent, layer == 0u ? under_layers(s, viewed) : glossy, seen);
         }
     }
-    direct = sent.direct;
-    vec3 indirect = sent.indirect / frame.scale;
-    return shown_as(s, direct, indirect, gathered.light.a);
+    return shown_as(s, sent.direct, sent.indirect / frame.scale, gathered.light.a);
 }
 #endif

@@ -21,7 +21,7 @@ pub struct Lighting {
 
 impl IndirectMethod for Lighting {
     fn wants(_: &AllSettings) -> Wants {
-        Wants { rays: true, ..Wants::default() }
+        Wants { rays: true, shades: true, ..Wants::default() }
     }
 
     fn plan(_: &AllSettings) -> Vec<MemoryRow> {

@@ -62,7 +62,6 @@ impl Blended {
             ..Default::default()
         };
         let sorter = ComputeDesc { label: "blended", shader: "ground/image/blended.comp", constants: &desc.constants };
-        let pass = desc.light_reader(context, "image blended", shader)?;
         let buffer = |label: &str, bytes| Buffer::new(context, label, bytes, BufferKind::Device);
         let (samples, list) = lists(context, capacity)?;
         Ok(Self {
@@ -72,7 +71,7 @@ impl Blended {
             of_pixels: buffer("blended fragments of pixels", 2 * PIXEL_BYTES * pixels)?,
             lister: Raster::new(context, &lister)?,
             sorter: Compute::new(context, &sorter)?,
-            shading: FragmentShading::new(context, pass, "blended fragments", shape.outputs, u64::from(capacity))?,
+            shading: FragmentShading::new(context, desc, shape, "image blended", shader, u64::from(capacity))?,
         })
     }
 

@@ -5,17 +5,18 @@
 use std::sync::Arc;
 
 use super::target::{COLOR_FORMAT, ImageShape};
-use super::{BandFrame, LightReader};
+use super::{BandFrame, ImagePassDesc, LightReader};
 use crate::Result;
 use crate::ground::MOST_GROUPS;
+use crate::ground::constants::Features;
 use crate::ground::layout::ListCount;
 use crate::ground::memory_plan::MemoryRow;
 use crate::vk::{
     Bind, Buffer, BufferKind, Compute, ComputeDesc, Context, Image, ImageDesc, ImageUsageFlags, ImageView, Recorder,
 };
 
-/// Bytes of an entry of the list.
-pub const FRAGMENT_BYTES: u64 = 8;
+/// Bytes of a fragment in the list, and of its entries in the queues.
+pub const FRAGMENT_BYTES: u64 = 2 * 8;
 /// Bytes of a pixel: the start of its fragments.
 pub const PIXEL_BYTES: u64 = 4;
 /// Threads of a workgroup over fragments, or over pixels of a row.
@@ -26,14 +27,19 @@ const LISTER_PIXELS: [u32; 2] = [8 * 4, 8 * 2];
 /// fragments.
 pub const MOST_AT_ONCE: u32 = GROUP * MOST_GROUPS;
 
+const EMPTY_LIST: ListCount = ListCount { groups_x: 0, groups_y: 1, groups_z: 1, count: 0 };
+
+/// The queues of a list.
+const QUEUES: usize = 2;
+
 /// Bytes of a list with room for `capacity` fragments.
 pub fn list_bytes(capacity: u64) -> u64 {
-    size_of::<ListCount>() as u64 + capacity * FRAGMENT_BYTES
+    ((1 + QUEUES) * size_of::<ListCount>()) as u64 + capacity * FRAGMENT_BYTES
 }
 
 /// Empties a list. The caller adds a barrier.
 pub fn empty(r: &mut Recorder, list: &Buffer) {
-    r.update(list, 0, &[ListCount { groups_x: 0, groups_y: 1, groups_z: 1, count: 0 }]);
+    r.update(list, 0, &[EMPTY_LIST]);
 }
 
 /// Memory of [`FragmentList::new`].
@@ -91,27 +97,38 @@ fn shaded_size(capacity: u64) -> (u32, u32) {
     (width, capacity.div_ceil(u64::from(width)).max(1) as u32)
 }
 
-/// The pass that shades the fragments of a list.
+/// The passes that shade the fragments of a list: one over all of them, and one over each queue of those that need
+/// further parts of light.
 pub struct FragmentShading {
     label: &'static str,
     shaded: Vec<Image>,
     pass: LightReader,
+    queued: Vec<(Queue, LightReader)>,
 }
 
 impl FragmentShading {
-    /// A pass for `capacity` fragments. `label` is that of the images of shaded fragments.
+    /// Passes for `capacity` fragments. `label` is that of the first pass.
     ///
     /// # Errors
     /// Too little memory, or a lost device.
     pub fn new(
         context: &Arc<Context>,
-        pass: LightReader,
+        desc: &ImagePassDesc,
+        shape: &ImageShape,
         label: &'static str,
-        outputs: usize,
+        shader: &str,
         capacity: u64,
     ) -> Result<Self> {
-        let shaded = shaded(context, label, outputs, capacity)?;
-        Ok(Self { label, shaded, pass })
+        let pass = |label, parts: u32| desc.light_reader(context, label, shader, &[("PARTS", parts.into())]);
+        let queues = Queue::of_image(desc, shape);
+        let queued = queues.iter().map(|queue| Ok((*queue, pass(queue.label(), queue.part())?)));
+        let apart = queues.iter().fold(0, |parts, queue| parts | queue.part());
+        Ok(Self {
+            label,
+            shaded: shaded(context, label, shape.outputs, capacity)?,
+            pass: pass(label, ALL_PARTS & !apart)?,
+            queued: queued.collect::<Result<_>>()?,
+        })
     }
 
     /// Grows the images for `capacity` fragments.
@@ -128,9 +145,17 @@ impl FragmentShading {
         let mut binds = binds.to_vec();
         binds.push(Bind::buffer("fragment_count", list));
         binds.push(Bind::storage_images("shaded", self.shaded()));
+        let counts = size_of::<ListCount>() as u64;
+        r.update(list, counts, &[EMPTY_LIST; QUEUES]);
+        r.full_barrier();
         let pass = self.pass.for_use(of.light);
         r.dispatch_indirect(pass, &pass.select(&binds), &of.push(), list.at(0));
         r.full_barrier();
+        for (queue, pass) in &self.queued {
+            let pass = pass.for_use(of.light);
+            r.dispatch_indirect(pass, &pass.select(&binds), &of.push(), list.at(counts * (1 + *queue as u64)));
+            r.full_barrier(); // a fragment may be in both queues
+        }
     }
 
     /// The images of shaded fragments.
@@ -143,8 +168,46 @@ fn shaded(context: &Arc<Context>, label: &str, outputs: usize, capacity: u64) ->
     let (width, height) = shaded_size(capacity);
     let usage = ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED;
     let image = |index: usize| {
-        let (label, format) = (format!("{label} {}", index + 1), COLOR_FORMAT);
+        let (label, format) = (format!("{label}, shaded {}", index + 1), COLOR_FORMAT);
         Image::new(context, &ImageDesc { label: &label, format, width, height, usage, ..Default::default() })
     };
     (0..outputs).map(image).collect()
+}
+
+/// All parts of a fragment's light: `PARTS` in `glsl/ground/image/shade.glsl`.
+const ALL_PARTS: u32 = 7;
+
+/// The queues of `glsl/ground/image/fragments.glsl`.
+#[derive(Clone, Copy, Debug)]
+enum Queue {
+    /// Fragments for which no light was gathered, or not all.
+    LookUps,
+    /// Fragments that look along specular or transmitted lobes.
+    Lobes,
+}
+
+impl Queue {
+    /// The queues of an image, in the order of their passes.
+    fn of_image(desc: &ImagePassDesc, shape: &ImageShape) -> Vec<Self> {
+        // Where nothing is gathered, every fragment looks up its own light.
+        let look_ups = (shape.queues && shape.gathers.is_some()).then_some(Self::LookUps);
+        let glossy = Features::SPECULAR.and(Features::TRANSMISSION, true);
+        let lobes = (shape.queues && desc.features.has(glossy)).then_some(Self::Lobes);
+        look_ups.into_iter().chain(lobes).collect()
+    }
+
+    /// The part of light that its pass shades.
+    fn part(self) -> u32 {
+        match self {
+            Self::LookUps => 2,
+            Self::Lobes => 4,
+        }
+    }
+
+    fn label(self) -> &'static str {
+        match self {
+            Self::LookUps => "image look-ups",
+            Self::Lobes => "image lobes",
+        }
+    }
 }

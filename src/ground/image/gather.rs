@@ -186,7 +186,7 @@ impl Gather {
     pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, shape: &ImageShape, of: GatherShape) -> Result<Self> {
         let ImagePassDesc { method, ref constants, .. } = *desc;
         let shader = format!("ground/image/gather.comp {method}");
-        let gather = desc.light_reader(context, "gather", &shader)?;
+        let gather = desc.light_reader(context, "gather", &shader, &[])?;
         let shader = if of.lobes { "ground/image/share.comp LOBES" } else { "ground/image/share.comp" };
         let share = ComputeDesc { label: "share", shader, constants };
         let link = ComputeDesc { label: "links", shader: "ground/image/links.comp", constants };

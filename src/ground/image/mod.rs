@@ -14,7 +14,7 @@ mod visibility;
 
 use std::sync::Arc;
 
-use super::constants::Features;
+use super::constants::{Features, with};
 use super::layout::BandPush;
 use super::wants::OnDemand;
 use super::{Counts, Ground};
@@ -67,9 +67,16 @@ pub struct ImagePassDesc<'a> {
 }
 
 impl ImagePassDesc<'_> {
-    /// A shader, and its form that requests light.
-    fn light_reader(&self, context: &Arc<Context>, label: &'static str, shader: &str) -> Result<LightReader> {
-        let pass = |shader: &str| Compute::new(context, &ComputeDesc { label, shader, constants: &self.constants });
+    /// A shader, and its form that requests light. `constants` are those of its own.
+    fn light_reader(
+        &self,
+        context: &Arc<Context>,
+        label: &'static str,
+        shader: &str,
+        constants: &[Constant],
+    ) -> Result<LightReader> {
+        let constants = with(self.constants.clone(), constants);
+        let pass = |shader: &str| Compute::new(context, &ComputeDesc { label, shader, constants: &constants });
         Ok(LightReader { reads: pass(shader)?, asks: self.asks.then(|| pass(&format!("{shader} ASKS"))).transpose()? })
     }
 }
@@ -119,8 +126,7 @@ impl ImagePass {
                 Opaque::Drawn(Drawn::new(context, desc, shape)?)
             } else {
                 let shader = image(shape.gathers.is_some());
-                let pass = desc.light_reader(context, "image", &shader)?;
-                Opaque::Listed(FragmentShading::new(context, pass, "shaded fragments", shape.outputs, samples)?)
+                Opaque::Listed(FragmentShading::new(context, desc, shape, "image", &shader, samples)?)
             },
             blended: (desc.features.has(Features::BLEND))
                 .then(|| Blended::new(context, desc, shape, counts.blended_samples, &image(shape.gathers.is_some())))

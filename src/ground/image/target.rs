@@ -23,7 +23,7 @@ pub const DEPTH_BYTES: u64 = 4;
 const BAND_BYTES: u64 = 256 << 20;
 /// The maximum number of samples and rows that a band sees: the limits of a binding and of a fragment's packed
 /// position.
-const BAND_SAMPLES: u64 = 16_000_000;
+const BAND_SAMPLES: u64 = 8_388_000;
 const BAND_ROWS: u64 = 8000;
 
 /// The depth of the sky while it is blended and resolved, as in `glsl/ground/image/resolve.comp`; infinity times zero
@@ -74,6 +74,8 @@ pub struct ImageShape {
     pub outputs: usize,
     /// Whether opaque surfaces are shaded while they are drawn: [`Wants::drawn`].
     pub drawn: bool,
+    /// Whether parts of a fragment's light are passes of their own, over queues.
+    pub queues: bool,
     /// The resolution of gathering, if diffuse light is gathered in passes before the image.
     pub gathers: Option<GatherShape>,
 }
@@ -88,7 +90,7 @@ impl ImageShape {
         outputs: usize,
     ) -> Self {
         let gathers = (wants.diffuse && settings.gathers_apart()).then(|| GatherShape::new(settings, wants, blended));
-        Self { width, height, samples: settings.samples, outputs, drawn: wants.drawn, gathers }
+        Self { width, height, samples: settings.samples, outputs, drawn: wants.drawn, queues: !wants.shades, gathers }
     }
 
     /// Bytes of all outputs of a pixel or sample.

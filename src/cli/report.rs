@@ -135,7 +135,7 @@ pub mod tests {
     use twobounce::frame::Counters;
     use twobounce::ground::memory_plan::MemoryPlan;
     use twobounce::renderer::FrameReport;
-    use twobounce::vk::{ZoneKind, ZoneTiming, ZoneTimings};
+    use twobounce::vk::{ZoneTiming, ZoneTimings};
 
     /// Every path to a value, with `[]` for an element of a list.
     fn paths(json: &Value, path: &str, found: &mut BTreeSet<String>) {
@@ -170,20 +170,11 @@ pub mod tests {
     }
 
     fn frame(triangles: u32, repeats: u32) -> FrameReport {
-        let zone = ZoneTiming {
-            name: "record",
-            kind: ZoneKind::Raster,
-            start_ms: 0.0,
-            gpu_ms: 1.0,
-            cpu_ms: Some(2.0),
-            wall_ms: Some(1.5),
-            bytes: 64,
-            counts: Vec::new(),
-            steps_ms: vec![0.5],
-        };
+        let (cpu_ms, wall_ms) = (Some(2.0), Some(1.5));
+        let zone = ZoneTiming { gpu_ms: 1.0, cpu_ms, wall_ms, steps_ms: vec![0.5], ..ZoneTiming::default() };
         let timings = ZoneTimings { zones: vec![zone], gpu_ms: 1.0, wall_ms: 2.0 };
         let counters = Counters { triangles, degenerate: 1, list_items: 9, occupied_voxels: 4 };
-        FrameReport { timings, counters, repeats, settling: 0, noise: None, cpu_ms: None }
+        FrameReport { timings, counters, repeats, ..FrameReport::default() }
     }
 
     pub fn report() -> RenderReport {

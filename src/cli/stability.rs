@@ -281,6 +281,6 @@ impl Experiment for Table<'_> {
         let _writing = file::writing();
         let stored: Vec<Stored<Row>> = self.rows.iter().filter_map(|row| row.stored.clone()).collect();
         write(&self.store, &stored, self.rows.len(), &self.args.rows.in_words(), running)?;
-        Outline { version: VERSION, rows: self.all.clone() }.save(&self.store)
+        self.store.save_outline(&Outline { version: VERSION, rows: self.all.clone() })
     }
 }

@@ -99,11 +99,6 @@ pub struct Comparison {
 
 impl Metrics {
     pub const NAMES: [&str; 4] = ["energy", "rel", "relmse", "p95"];
-
-    /// In the order of [`Self::NAMES`].
-    pub fn values(&self) -> [f64; 4] {
-        [self.energy, self.rel, self.relmse, self.p95]
-    }
 }
 
 impl NonFinite {

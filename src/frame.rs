@@ -88,7 +88,7 @@ impl<'a> Shot<'a> {
 }
 
 /// Counters of the GPU after a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     pub triangles: u32,
     /// The number of triangles without area, which were dropped.

@@ -81,7 +81,7 @@ impl RenderOptions {
 }
 
 /// Times and counts of one frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct FrameReport {
     pub timings: ZoneTimings,
     pub counters: Counters,

@@ -105,18 +105,12 @@ pub fn measure(
     let frame = renderer.frame();
     let shading = with(constants(settings, Features::of_settings(&specimen.scene, settings)), frame.method.constants());
     let unshadowed = with(shading.clone(), &[("SHADOWS", Shadows::None.into())]);
+    let pass = |name, fragment, compute, constants| Pass { name, fragment, compute, constants, mips: name == "mips" };
     let passes = [
-        ("shade 1", "gi/cones/shade.frag", "gi/cones/measured/shade.comp", &unshadowed),
-        ("shade 2", "gi/cones/shade.frag LOOK_UP", "gi/cones/measured/shade.comp LOOK_UP", &shading),
-        ("mips", "gi/cones/mips.frag", "gi/cones/measured/mips.comp", &shading),
+        pass("shade 1", "gi/cones/shade.frag", "gi/cones/measured/shade.comp", &unshadowed[..]),
+        pass("shade 2", "gi/cones/shade.frag LOOK_UP", "gi/cones/measured/shade.comp LOOK_UP", &shading),
+        pass("mips", "gi/cones/mips.frag", "gi/cones/measured/mips.comp", &shading),
     ];
-    let passes = passes.map(|(name, fragment, compute, constants)| Pass {
-        name,
-        fragment,
-        compute,
-        constants,
-        mips: name == "mips",
-    });
     // One volume per form: the mips read the result of shade 2.
     let volume = |_| LightVolume::new(context, FACE_VOLUME, 0, settings.voxels);
     let volumes = (0..3).map(volume).collect::<Result<Vec<_>>>()?;

@@ -205,14 +205,8 @@ impl Plan {
         let row = bench.row(&answer.choice.settings, &seen)?;
         let own_error = bench.judge(&row, &reference)?.error;
         let words = |settings: &Settings| {
-            let of = |key: &str| {
-                settings
-                    .entries()
-                    .into_iter()
-                    .find(|entry| entry.0.name == key)
-                    .map(|entry| entry.1)
-                    .unwrap_or_default()
-            };
+            let entries = settings.entries();
+            let of = |key: &str| entries.iter().find(|entry| entry.0.name == key).map_or("", |entry| &entry.1);
             let own = match settings.method.name() {
                 "rays" => format!(", {} rays", of("rays.diffuse")),
                 "lpv" => format!(", {} cells", of("lpv.edge")),
@@ -245,15 +239,8 @@ impl Plan {
         let json = caches.with_extension("json");
         let mut command = Command::new(&self.program);
         command.env("XDG_CACHE_HOME", &caches).env("TWOBOUNCE_CACHE", &caches).arg("plan").arg(subject.path);
-        command.args([
-            "--size",
-            &format!("{}x{}", SIZE.0, SIZE.1),
-            "--max-error",
-            &limit.to_string(),
-            "--budget",
-            "1h",
-            "-q",
-        ]);
+        let size = format!("{}x{}", SIZE.0, SIZE.1);
+        command.args(["--size", &size, "--max-error", &limit.to_string(), "--budget", "1h", "-q"]);
         command.args(["--default-light", "off", "--methods", &METHODS.join(","), "--json"]).arg(&json);
         command.args((subject.sky > 0.0).then(|| format!("--sky={0},{0},{0}", subject.sky)));
         command.args(FIXED.iter().flat_map(|set| ["--set", set]));

@@ -59,7 +59,7 @@ impl Chart {
         file::write(&store.path("chart.svg"), svg::chart(&panels, 2).as_bytes())?;
         let history = if self.with_history { self.history(store) } else { Vec::new() };
         file::write(&store.path("index.html"), page::html(self, &history).as_bytes())?;
-        self.outline.save(store)
+        store.save_outline(&self.outline)
     }
 
     pub fn rows(&self) -> impl Iterator<Item = &Row> {

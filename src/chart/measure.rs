@@ -295,8 +295,11 @@ impl ChartScene {
     }
 }
 
-/// `subtract` is `None` if the indirect light is not judged.
-pub(super) fn errors(images: &Images, subtract: Option<Subtract>, reference: &ReferenceImage) -> Result<Errors> {
+/// The errors of a row's images. `subtract` is `None` if the indirect light is not judged.
+///
+/// # Errors
+/// [`crate::Error::Usage`] for an image without a finite pixel.
+pub fn errors(images: &Images, subtract: Option<Subtract>, reference: &ReferenceImage) -> Result<Errors> {
     let compare = |image| metrics::compare(image, &reference.layers, subtract.unwrap_or(Subtract::Own));
     let whole = compare(&images.whole)?;
     let equal = images.equal.as_ref().map(compare).transpose()?;

@@ -2,16 +2,11 @@
 //! merged and shown without opening a scene.
 
 use std::collections::BTreeSet;
-use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::VERSION;
 use super::row::Row;
-use crate::error::said;
 use crate::lab::store::Store;
-use crate::output::file;
-use crate::{Error, Result};
 
 /// The file `outline.toml` of a chart's folder.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -66,28 +61,7 @@ pub struct Truth {
     pub picture: String,
 }
 
-const FILE: &str = "outline.toml";
-
 impl Outline {
-    pub fn save(&self, store: &Store<Row>) -> Result<()> {
-        file::write_kept(&store.path(FILE), self)
-    }
-
-    /// Reads the outline of a folder.
-    ///
-    /// # Errors
-    /// [`Error::File`] if there is none, it is damaged, or another version of the program wrote it.
-    pub fn load(folder: &Path) -> Result<Self> {
-        let path = folder.join(FILE);
-        let wrong = |why: String| Error::file(&path, format!("{why}; run `twobounce chart` there again"));
-        let text = std::fs::read_to_string(&path).map_err(|e| wrong(format!("cannot be read: {e}")))?;
-        let outline: Self = toml::from_str(&text).map_err(|e| wrong(format!("is damaged: {}", said(&e.message()))))?;
-        if outline.version != VERSION {
-            return Err(wrong(format!("is of format {}, not {VERSION}", outline.version)));
-        }
-        Ok(outline)
-    }
-
     fn size_and_noise(&self) -> (u32, u32, f64) {
         (self.width, self.height, self.reference_noise)
     }
@@ -95,7 +69,7 @@ impl Outline {
     /// Adopts the sketches that an earlier call stored for these scenes, so that no references are needed if every row
     /// exists. Scenes without references are left out.
     pub fn take_truths(&mut self, store: &Store<Row>) {
-        if let Ok(before) = Self::load(&store.path(""))
+        if let Ok(before) = Store::<Row>::outline::<Self>(&store.path(""))
             && before.size_and_noise() == self.size_and_noise()
         {
             for sketch in &mut self.scenes {

@@ -2,6 +2,9 @@
 //! `docs/notes/study/README.md`.
 
 use std::collections::BTreeSet;
+use std::sync::LazyLock;
+
+use serde::Deserialize;
 
 use super::export::Chart;
 use super::frontier::frontiers;
@@ -21,57 +24,26 @@ pub const SCENES: &[&str] = &["assets/cornell-area.glb", "assets/cornell-point.g
 /// Settings for every preset, so that the study can run on a CPU; 128³ has its own axis.
 pub const BASE: &[&str] = &["voxels=64"];
 
-/// An axis: its name, its base preset, and the values to try: a sweep, `key=value,value,…`, or `key=value` of several
-/// keys at once, separated by spaces. To add an axis, add a line.
-pub const AXES: &[(&str, &str, &[&str])] = &[
-    ("grid", "balanced", &["voxels=32,128"]),
-    ("grid, fast", "fast", &["voxels=32,128"]),
-    ("all bounces, fast", "fast", &["bounces=all"]),
-    ("all bounces", "balanced", &["bounces=all,1"]),
-    ("all bounces, accurate", "accurate", &["bounces=all"]),
-    ("rays of the image", "balanced", &["rays.diffuse=4,16,64"]),
-    ("rays of the voxels", "balanced", &["rays.bounce=1,8"]),
-    ("lamps of the voxels", "balanced", &["lights.voxel_lamp_points=1,16"]),
-    ("shared directions", "balanced", &["image.interleave=1"]),
-    ("gathered pixels", "balanced", &["image.gather_resolution=full,quarter"]),
-    ("lamps", "balanced", &["lights.lamps=gathered", "lights.lamp_points=64"]),
-    ("samples", "balanced", &["image.samples=1", "image.direct=pixels"]),
-    ("method", "balanced", &["method=none,cones"]),
-    ("cone set", "cones", &["cones.set=1,5,6a,6b,16,g8,g32"]),
-    ("passes", "cones", &["cones.passes=layered"]),
-    ("shared cones", "cones", &["image.interleave=4 cones.set=g8 image.gather_resolution=half"]),
-    ("cone step", "cones", &["cones.step=0.5,2"]),
-    ("aperture", "cones", &["cones.aperture=0.7,1.4"]),
-    ("fill", "cones", &["cones.fill=uniform,facing,coverage"]),
-    ("face weights", "cones", &["cones.weights=d2,norm1,extinction"]),
-    ("blend", "cones", &["cones.blend=over"]),
-    ("cells of lpv", "lpv", &["lpv.edge=16,64", "lpv.cascades=3"]),
-    ("steps of lpv", "lpv", &["lpv.iterations=8,16,64"]),
-    ("beams of lpv", "lpv", &["lpv.sharpness=0.3,0.7", "lpv.lobe=cosine"]),
-    ("occlusion of lpv", "lpv", &["lpv.occlusion=none"]),
-    ("all bounces, lpv", "lpv", &["bounces=all"]),
-    (
-        "cones of photons",
-        "photons",
-        &[
-            "image.interleave=1 photons.diffuse=1",
-            "image.interleave=1 photons.diffuse=4",
-            "image.interleave=1 photons.diffuse=16",
-            "image.interleave=1 photons.diffuse=64",
-        ],
-    ),
-    ("all bounces, photons", "photons", &["bounces=all"]),
-    ("all three as in the talk", "cones", &["cones.fill=uniform cones.weights=d2 cones.blend=over"]),
-    ("start", "cones", &["cones.start.diffuse_normal=0.5,2", "cones.start.diffuse_along=0,2"]),
-    ("jitter", "cones", &["cones.jitter=true"]),
-    ("roughness", "cones", &["cones.roughness_fit=linear"]),
-    ("shadows", "corrected", &["lights.shadows=none,rays", "lights.shadows=rays cones.first_bounce_shadows=true"]),
-    (
-        "sets of the talk",
-        "corrected",
-        &["cones.set=6a", "cones.set=6a cones.ledger.d6=printed", "cones.set=16 cones.ledger.d26=printed"],
-    ),
-];
+/// An axis of the study, a line of `src/chart/study.toml`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Axis {
+    name: String,
+    /// The base preset.
+    base: String,
+    /// The values to try: a sweep, or `key=value` of several keys at once, separated by spaces.
+    values: Vec<String>,
+}
+
+fn axes() -> &'static [Axis] {
+    #[derive(Deserialize)]
+    struct Axes {
+        axis: Vec<Axis>,
+    }
+    static AXES: LazyLock<Axes> =
+        LazyLock::new(|| toml::from_str(include_str!("study.toml")).expect("a test reads the file"));
+    &AXES.axis
+}
 
 /// The name of the path tracer's lines, which come last.
 pub const PATHS_AXIS: &str = "path tracer";
@@ -92,21 +64,23 @@ pub fn lines(sets: &[String]) -> Result<Vec<(&'static str, Row)>> {
     };
     let presets = PRESETS.iter().map(|preset| Ok((PRESETS_AXIS, base(preset.name)?)));
     let mut lines = presets.collect::<Result<Vec<_>>>()?;
-    for (name, preset, tried) in AXES {
+    for axis in axes() {
         // The first value is the base itself, which is a row of the presets.
-        let swept = trials(&[base(preset)?], &values(tried)?)?.into_iter().skip(1);
-        lines.extend(swept.map(|trial| (*name, trial)));
+        let swept = trials(&[base(&axis.base)?], &axis.swept()?)?.into_iter().skip(1);
+        lines.extend(swept.map(|trial| (axis.name.as_str(), trial)));
     }
     Ok(lines)
 }
 
-/// The values of an axis, each a list of `key=value`.
-fn values(tried: &[&str]) -> Result<Vec<Vec<String>>> {
-    let one = |text: &&str| match text.contains(' ') {
-        true => Ok(vec![text.split(' ').map(str::to_owned).collect()]),
-        false => sweep(text),
-    };
-    Ok(tried.iter().map(one).collect::<Result<Vec<_>>>()?.concat())
+impl Axis {
+    /// Its values, each a list of `key=value`.
+    fn swept(&self) -> Result<Vec<Vec<String>>> {
+        let one = |text: &String| match text.contains(' ') {
+            true => Ok(vec![text.split(' ').map(str::to_owned).collect()]),
+            false => sweep(text),
+        };
+        Ok(self.values.iter().map(one).collect::<Result<Vec<_>>>()?.concat())
+    }
 }
 
 /// A new page, without its tables.
@@ -214,9 +188,9 @@ mod tests {
     #[test]
     fn every_axis_exists_and_no_line_is_there_twice() {
         let lines = lines(&[]).unwrap();
-        for (name, _, tried) in AXES {
-            let found = lines.iter().filter(|(axis, _)| axis == name).count();
-            assert_eq!(found, values(tried).unwrap().len(), "{name}: a value is the base's own, or there twice");
+        for axis in axes() {
+            let found = lines.iter().filter(|(name, _)| *name == axis.name).count();
+            assert_eq!(found, axis.swept().unwrap().len(), "{}: a value is the base's own, or there twice", axis.name);
         }
         assert_eq!(
             distinct(lines.iter().map(|line| line.1.clone())).len(),

@@ -63,10 +63,10 @@ pub struct SceneArgs {
     pub strict: bool,
     /// Add the light of a studio, softboxes and a directional light; `auto`: if the scene has no light, no sky and too
     /// little emission
-    #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = when())]
+    #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = named(When::ALL, When::name))]
     pub default_light: When,
     /// Add a grey ground below the scene; `auto`: with the default light, if the camera is above it
-    #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = when())]
+    #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = named(When::ALL, When::name))]
     pub ground: When,
 }
 
@@ -277,15 +277,19 @@ pub fn memory_size(text: &str) -> Result<u64, String> {
         .ok_or_else(|| "write a size with its unit, such as 512MiB or 2GiB".into())
 }
 
-pub fn aov() -> impl TypedValueParser<Value = Aov> {
-    let further = || Aov::ALL.iter().filter(|aov| !matches!(aov, Aov::Beauty | Aov::Alpha));
-    PossibleValuesParser::new(further().map(|aov| aov.name()))
-        .try_map(move |name| further().find(|aov| aov.name() == name).copied().ok_or("no such layer"))
+/// One of `all` by its name.
+pub fn named<T>(all: &[T], name: fn(T) -> &'static str) -> impl TypedValueParser<Value = T> + use<T>
+where
+    T: Copy + Send + Sync + 'static,
+{
+    let all = all.to_vec();
+    PossibleValuesParser::new(all.iter().map(|one| name(*one)))
+        .try_map(move |text| all.iter().copied().find(|one| name(*one) == text).ok_or("no such name"))
 }
 
-fn when() -> impl TypedValueParser<Value = When> {
-    PossibleValuesParser::new(When::ALL.iter().map(|when| when.name()))
-        .try_map(|name| When::ALL.iter().find(|when| when.name() == name).copied().ok_or("no such word"))
+pub fn aov() -> impl TypedValueParser<Value = Aov> {
+    let further = Aov::ALL.iter().copied().filter(|aov| !matches!(aov, Aov::Beauty | Aov::Alpha));
+    named(&further.collect::<Vec<_>>(), Aov::name)
 }
 
 fn submit() -> impl TypedValueParser<Value = Submit> {

@@ -13,7 +13,6 @@ use twobounce::{Error, Result};
 use super::args::{SceneArgs, SettingsArgs};
 use super::bench::imports::ImportArgs;
 use super::bench::{Bench, BenchArgs};
-use super::share;
 
 /// Measures every preset, then every value of every --sweep on top of every preset, one sweep at a time. Each row is
 /// kept as soon as it is finished; after an interruption the same command continues.
@@ -51,14 +50,8 @@ pub fn run(args: &ChartArgs) -> anyhow::Result<ExitCode> {
     let paths = [slice::from_ref(&args.scene.path), &args.more].concat();
     let mut rows: Vec<Row> = args.trials()?.into_iter().chain(args.bench.traced()).collect();
     rows.extend(args.imports.open(args.scene.size, &rows)?);
-    let bench = Bench { scene: &args.scene, paths, rows, folder: &args.output, args: &args.bench };
-    match args.bench.list {
-        Some(count) => {
-            share::list_shards(count, &["-o", "--output"], bench.folder);
-            Ok(ExitCode::SUCCESS)
-        }
-        None => bench.run(|_| Ok(None)),
-    }
+    let (scene, folder, outputs) = (&args.scene, &args.output, &["-o", "--output"]);
+    Bench { scene, paths, rows, folder, outputs, args: &args.bench }.run(|_| Ok(None))
 }
 
 impl ChartArgs {

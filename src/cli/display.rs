@@ -1,29 +1,23 @@
 //! Flags for the display of images.
 
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use twobounce::layers::Layers;
 use twobounce::output::display::{Display, ToneMap};
 use twobounce::output::picture::ImageKind;
 use twobounce::{Error, Result};
 
-use super::args::number;
+use super::args::{named, number};
 use crate::say;
 
 #[derive(Args, Clone, Debug, Default)]
 pub struct DisplayArgs {
     /// Tone curve of a .png or .jpg, which maps radiance to the range of a display [default: neutral]
-    #[arg(long, value_name = "CURVE", value_parser = curve())]
+    #[arg(long, value_name = "CURVE", value_parser = named(ToneMap::ALL, ToneMap::name))]
     pub tonemap: Option<ToneMap>,
     /// Exposure of a .png or .jpg in stops: radiance is multiplied by 2^EV [default: automatic, and printed]
     #[arg(long, value_name = "EV", allow_negative_numbers = true)]
     #[arg(value_parser = number(|n| n.abs() <= 60.0, "write stops between -60 and 60"))]
     pub exposure: Option<f64>,
-}
-
-fn curve() -> impl TypedValueParser<Value = ToneMap> {
-    PossibleValuesParser::new(ToneMap::ALL.iter().map(|curve| curve.name()))
-        .try_map(|name| ToneMap::ALL.iter().copied().find(|curve| curve.name() == name).ok_or("no such curve"))
 }
 
 impl DisplayArgs {

@@ -101,7 +101,7 @@ fn folders<R: ExperimentRow>(args: &MergeArgs) -> Vec<&Path> {
 fn merge_rows<R: ExperimentRow>(
     args: &MergeArgs,
     folders: &[&Path],
-    order: &[&str],
+    order: &[String],
     write: impl FnOnce(&Store<R>, Vec<Stored<R>>, usize) -> Result<()>,
 ) -> Result<()> {
     let merged = merge::<R>(folders, order)?;
@@ -128,7 +128,7 @@ fn merge_charts(args: &MergeArgs) -> Result<()> {
     let folders = folders::<ChartRow>(args);
     let mut outline: Option<Outline> = None;
     for folder in &folders {
-        let other = Outline::load(folder)?;
+        let other = Store::<ChartRow>::outline(folder)?;
         match &mut outline {
             None => outline = Some(other),
             Some(outline) => outline.unite(other).map_err(|why| Error::file(*folder, why))?,
@@ -136,7 +136,6 @@ fn merge_charts(args: &MergeArgs) -> Result<()> {
     }
     let outline = outline.ok_or_else(|| Error::Usage("there is no folder to merge".into()))?;
     let order: Vec<String> = outline.rows.iter().map(|row| row.address.clone()).collect();
-    let order: Vec<&str> = order.iter().map(String::as_str).collect();
     merge_rows::<ChartRow>(args, &folders, &order, |store, rows, planned| {
         let mix_machines = args.mix_machines;
         Chart { outline, rows, planned, mix_machines, with_history: args.history, ..Chart::default() }.write(store)
@@ -147,13 +146,12 @@ fn merge_stability(args: &MergeArgs) -> Result<()> {
     let folders = folders::<StabilityRow>(args);
     let mut outline = export::Outline { version: stability::VERSION, rows: Vec::new() };
     for folder in &folders {
-        let other = export::Outline::load(folder)?;
+        let other: export::Outline = Store::<StabilityRow>::outline(folder)?;
         let new: Vec<String> = other.rows.into_iter().filter(|address| !outline.rows.contains(address)).collect();
         outline.rows.extend(new);
     }
-    let order: Vec<&str> = outline.rows.iter().map(String::as_str).collect();
-    merge_rows::<StabilityRow>(args, &folders, &order, |store, rows, planned| {
+    merge_rows::<StabilityRow>(args, &folders, &outline.rows, |store, rows, planned| {
         export::write(store, &rows, planned, "", false)?;
-        outline.save(store)
+        store.save_outline(&outline)
     })
 }

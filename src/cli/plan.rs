@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Command};
 use glam::DQuat;
 use twobounce::gi::Method;
@@ -22,7 +21,7 @@ use twobounce::scene::Projection;
 use twobounce::stage::{Staged, check_film};
 use twobounce::{Error, Result};
 
-use super::args::{DeviceArgs, RunArgs, SceneArgs, budget, memory_size, number};
+use super::args::{DeviceArgs, RunArgs, SceneArgs, budget, memory_size, named, number};
 use super::progress::Work;
 use super::reference::{cache, traced};
 use super::scene::options;
@@ -58,7 +57,7 @@ pub struct PlanArgs {
     #[arg(long, value_name = "MIB", value_parser = number(|x| x > 0.0 && x < 1e12, "write MiB above 0"))]
     pub max_mib: Option<f64>,
     /// The light whose error counts: the whole image, the indirect light, or that on diffuse surfaces
-    #[arg(long, value_name = "PART", default_value = "whole", value_parser = part())]
+    #[arg(long, value_name = "PART", default_value = "whole", value_parser = named(Part::ALL, Part::name))]
     pub error_of: Part,
     /// The time for the search including references and checks: 90s, 5min, 1h. It ends earlier if no further
     /// measurement is promising
@@ -66,8 +65,8 @@ pub struct PlanArgs {
     pub budget: Duration,
     /// Only try these methods, separated by commas [default: all]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
-    #[arg(value_parser = PossibleValuesParser::new(Method::ALL.iter().map(|method| method.name())))]
-    pub methods: Vec<String>,
+    #[arg(value_parser = named(Method::ALL, Method::name))]
+    pub methods: Vec<Method>,
     /// Fix this setting; may be given several times
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
@@ -88,14 +87,6 @@ pub struct PlanArgs {
     pub quiet: bool,
     #[command(flatten)]
     pub device: DeviceArgs,
-}
-
-fn part() -> impl TypedValueParser<Value = Part> {
-    PossibleValuesParser::new(["whole", "indirect", "diffuse"]).map(|name| match name.as_str() {
-        "indirect" => Part::Indirect,
-        "diffuse" => Part::Diffuse,
-        _ => Part::Total,
-    })
 }
 
 /// Answers from stored measurements or by measuring. `typed` holds the words after `twobounce plan`.
@@ -137,7 +128,7 @@ pub fn run(args: &PlanArgs, typed: Vec<String>) -> anyhow::Result<ExitCode> {
         trace: &trace,
         is_at: &is_at,
     });
-    let is_tried = |method: &&Method| args.methods.is_empty() || args.methods.iter().any(|name| name == method.name());
+    let is_tried = |method: &&Method| args.methods.is_empty() || args.methods.contains(method);
     let question = Question {
         views,
         held_out,

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use serde_json::{Value, json};
+use twobounce::frame::Counters;
 use twobounce::measure::timing::{PassTiming, Spread, Timings};
 use twobounce::output::display::ToneMap;
 use twobounce::profile::Run;
@@ -113,17 +114,14 @@ pub fn say_compiled(context: &Context) {
 
 /// The counters as text.
 pub fn counters_text(timings: &Timings) -> String {
-    let counts = counters(timings);
-    let count = |name: &str| counts.get(name).copied().unwrap_or(0);
+    let Counters { triangles, degenerate, list_items, occupied_voxels } =
+        timings.all().last().map(|frame| frame.counters).unwrap_or_default();
     let mut text = format!(
-        "recorded triangles {} (dropped without area {}), list items {}, occupied voxels {}\n",
-        count("triangles"),
-        count("degenerate_triangles"),
-        count("list_items"),
-        count("occupied_voxels")
+        "recorded triangles {triangles} (dropped without area {degenerate}), list items {list_items}, occupied voxels {occupied_voxels}\n"
     );
-    if count("frames_repeated") > 0 {
-        text += &format!("frames repeated because a buffer had to grow: {}\n", count("frames_repeated"));
+    let repeats: u32 = timings.all().iter().map(|frame| frame.repeats).sum();
+    if repeats > 0 {
+        text += &format!("frames repeated because a buffer had to grow: {repeats}\n");
     }
     text
 }
@@ -132,10 +130,9 @@ pub fn counters_text(timings: &Timings) -> String {
 pub mod tests {
     use super::*;
     use std::collections::BTreeSet;
-    use twobounce::frame::Counters;
     use twobounce::ground::memory_plan::MemoryPlan;
     use twobounce::renderer::FrameReport;
-    use twobounce::vk::{ZoneKind, ZoneTiming, ZoneTimings};
+    use twobounce::vk::{ZoneTiming, ZoneTimings};
 
     /// Every path to a value, with `[]` for an element of a list.
     fn paths(json: &Value, path: &str, found: &mut BTreeSet<String>) {
@@ -170,20 +167,11 @@ pub mod tests {
     }
 
     fn frame(triangles: u32, repeats: u32) -> FrameReport {
-        let zone = ZoneTiming {
-            name: "record",
-            kind: ZoneKind::Raster,
-            start_ms: 0.0,
-            gpu_ms: 1.0,
-            cpu_ms: Some(2.0),
-            wall_ms: Some(1.5),
-            bytes: 64,
-            counts: Vec::new(),
-            steps_ms: vec![0.5],
-        };
+        let (cpu_ms, wall_ms) = (Some(2.0), Some(1.5));
+        let zone = ZoneTiming { gpu_ms: 1.0, cpu_ms, wall_ms, steps_ms: vec![0.5], ..ZoneTiming::default() };
         let timings = ZoneTimings { zones: vec![zone], gpu_ms: 1.0, wall_ms: 2.0 };
         let counters = Counters { triangles, degenerate: 1, list_items: 9, occupied_voxels: 4 };
-        FrameReport { timings, counters, repeats, settling: 0, noise: None, cpu_ms: None }
+        FrameReport { timings, counters, repeats, ..FrameReport::default() }
     }
 
     pub fn report() -> RenderReport {

@@ -6,7 +6,6 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use clap::Args;
-use clap::builder::PossibleValuesParser;
 use twobounce::gi::Method;
 use twobounce::lab::store::{ExperimentRow as _, Origin, Store, Stored, device_words, short_hash};
 use twobounce::output::{file, read};
@@ -21,7 +20,7 @@ use twobounce::stability::{GRIDS, SIZE, VERSION, cases};
 use twobounce::vk::Context;
 use twobounce::{Error, Result};
 
-use super::args::DeviceArgs;
+use super::args::{DeviceArgs, named};
 use super::lab::{Experiment, Pages, Runner};
 use super::share::{self, RowArgs};
 use super::{interrupt, out};
@@ -41,8 +40,8 @@ pub struct StabilityArgs {
     #[arg(long = "preset", value_name = "NAME,…", value_delimiter = ',')]
     pub presets: Vec<String>,
     /// Only run presets of this method
-    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Method::ALL.iter().map(|m| m.name())))]
-    pub method: Option<String>,
+    #[arg(long, value_name = "NAME", value_parser = named(Method::ALL, Method::name))]
+    pub method: Option<Method>,
     /// Voxels along the grid's edge, separated by commas [default: 32,64,128]
     #[arg(long = "grid", value_name = "N,…", value_delimiter = ',')]
     pub grids: Vec<u32>,
@@ -178,8 +177,8 @@ impl StabilityArgs {
         let named = if self.presets.is_empty() { all.map(str::to_owned).collect() } else { self.presets.clone() };
         let mut presets = Vec::new();
         for preset in named {
-            let method = Settings::preset(&preset)?.method.name();
-            presets.extend(self.method.as_ref().is_none_or(|wanted| wanted == method).then_some(preset));
+            let method = Settings::preset(&preset)?.method;
+            presets.extend(self.method.is_none_or(|wanted| wanted == method).then_some(preset));
         }
         if presets.is_empty() {
             return Err(Error::Usage("--method: none of the presets is of this method; leave --preset out".into()));
@@ -282,6 +281,6 @@ impl Experiment for Table<'_> {
         let _writing = file::writing();
         let stored: Vec<Stored<Row>> = self.rows.iter().filter_map(|row| row.stored.clone()).collect();
         write(&self.store, &stored, self.rows.len(), &self.args.rows.in_words(), running)?;
-        Outline { version: VERSION, rows: self.all.clone() }.save(&self.store)
+        self.store.save_outline(&Outline { version: VERSION, rows: self.all.clone() })
     }
 }

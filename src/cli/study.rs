@@ -14,7 +14,6 @@ use twobounce::{Error, Result};
 
 use super::args::{SceneArgs, size};
 use super::bench::{Bench, BenchArgs};
-use super::share;
 
 /// Measures every preset and every axis, keeps rows as `chart` does, and fills the tables of the page.
 #[derive(Args, Debug)]
@@ -48,11 +47,7 @@ pub fn run(args: &StudyArgs) -> anyhow::Result<ExitCode> {
     let paths = if args.scenes.is_empty() { SCENES.iter().map(PathBuf::from).collect() } else { args.scenes.clone() };
     let scene = &SceneArgs::plain(&paths[0], args.size);
     let rows = distinct(lines.iter().map(|line| line.1.clone())).into_iter().chain(args.bench.traced()).collect();
-    let bench = Bench { scene, paths, rows, folder: &args.rows, args: &args.bench };
-    if let Some(count) = args.bench.list {
-        share::list_shards(count, &["--rows"], bench.folder);
-        return Ok(ExitCode::SUCCESS);
-    }
+    let bench = Bench { scene, paths, rows, folder: &args.rows, outputs: &["--rows"], args: &args.bench };
     bench.run(|chart| {
         // A part has no page: after merging the parts, the same command without --shard writes it.
         if args.bench.rows.shard.is_some() {

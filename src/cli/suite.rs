@@ -7,9 +7,9 @@ use std::slice;
 
 use clap::Args;
 use twobounce::chart::import::Named;
-use twobounce::chart::measure::{ChartScene, MOST_PATHS};
+use twobounce::chart::measure::{ChartScene, MOST_PATHS, errors};
 use twobounce::chart::row::{Row, Source};
-use twobounce::chart::suite::{Entry, Judged, Rows, Suite, judge};
+use twobounce::chart::suite::{Entry, Judged, Rows, Suite};
 use twobounce::layers::{Aov, Layers};
 use twobounce::reference::{Depth, Options, Stop, VERSION};
 use twobounce::scene::Still;
@@ -128,7 +128,7 @@ fn import(suite: &Suite, entries: &[&Entry], named: Named, rows: &mut Rows) -> R
     let Source::Import(claim) = &row.source else { unreachable!("an import becomes no other row") };
     let scene = open(suite, entry, side)?;
     claim.check_view(&scene.header)?;
-    let errors = judge(&scene, &row, &claim.images()?)?;
+    let errors = errors(&claim.images()?, claim.subtract(&scene), &scene.references[0])?;
     let device = claim.device.clone().unwrap_or_default();
     Ok(rows.add(&scene, &row, Judged { errors, milliseconds: claim.milliseconds, device }))
 }

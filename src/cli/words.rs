@@ -76,22 +76,9 @@ mod tests {
 
     #[test]
     fn a_scene_is_rendered_as_it_is_looked_at() {
-        let typed = [
-            "a b.glb",
-            "-q",
-            "--size",
-            "64x64",
-            "--sky",
-            "0.5",
-            "--strict",
-            "--set",
-            "voxels=32",
-            "--time",
-            "2",
-            "-o",
-            "x",
-        ];
-        let command = render_command::<Own>(&typed.map(str::to_owned), Path::new("a b.glb"), (64, 64));
+        let typed = "a b.glb|-q|--size|64x64|--sky|0.5|--strict|--set|voxels=32|--time|2|-o|x".split('|');
+        let typed: Vec<String> = typed.map(str::to_owned).collect();
+        let command = render_command::<Own>(&typed, Path::new("a b.glb"), (64, 64));
         assert_eq!(command, "twobounce render 'a b.glb' -o image.png --sky 0.5 --strict --time 2 --size=64x64");
     }
 }

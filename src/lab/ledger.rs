@@ -116,17 +116,6 @@ pub fn with_results<'a>(page: &str, results: impl Fn(usize) -> Option<&'a [Strin
     page.lines().enumerate().map(line).collect()
 }
 
-/// The ids of a page's rows, measured or not: first cells such as D12.
-pub fn ids(page: &str) -> Vec<&str> {
-    let is_id = |id: &&str| {
-        let mut letters = id.chars();
-        letters.next().is_some_and(|first| first.is_ascii_uppercase())
-            && !letters.as_str().is_empty()
-            && letters.all(|c| c.is_ascii_digit())
-    };
-    page.lines().filter_map(|line| cells(line)?.first().copied()).filter(is_id).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -145,6 +134,5 @@ mod tests {
         let filled = with_results(page, |at| (at == found[0].at).then_some(&results[..]));
         assert_eq!(filled.replace("1.00 % | 2.000", "– | –"), page);
         assert_eq!(lines(&filled).unwrap()[0].results, results);
-        assert_eq!(ids(page), ["D1", "D2"]);
     }
 }

@@ -25,8 +25,9 @@ pub struct Merged<R: ExperimentRow> {
 ///
 /// # Errors
 /// [`Error::Usage`] with some of the names, if rows with the same key differ.
-pub fn merge<R: ExperimentRow>(folders: &[&Path], order: &[&str]) -> Result<Merged<R>> {
-    let places: BTreeMap<&str, usize> = order.iter().enumerate().map(|(place, address)| (*address, place)).collect();
+pub fn merge<R: ExperimentRow>(folders: &[&Path], order: &[String]) -> Result<Merged<R>> {
+    let places: BTreeMap<&str, usize> =
+        order.iter().enumerate().map(|(place, address)| (address.as_str(), place)).collect();
     // For each place and key: a row, and its folder.
     let mut rows: BTreeMap<(usize, String), (Stored<R>, &Path)> = BTreeMap::new();
     let (mut history, mut twice, mut different) = (Vec::new(), 0, Vec::new());

@@ -12,11 +12,14 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::error::said;
 use crate::output::file;
 use crate::vk::Context;
 use crate::{Error, Result};
 
 const ROWS: &str = "rows";
+/// The file that describes all rows of a folder, including those of other shards.
+const OUTLINE: &str = "outline.toml";
 /// The folder of rows that newer ones replaced.
 const HISTORY: &str = "history";
 
@@ -184,6 +187,30 @@ impl<R: ExperimentRow> Store<R> {
     /// The path of a file in the folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
+    }
+
+    /// Stores the description of all rows, an object with [`Kind::version`] as `version`.
+    pub fn save_outline(&self, outline: &impl Serialize) -> Result<()> {
+        file::write_kept(&self.path(OUTLINE), outline)
+    }
+
+    /// Reads the description of all rows of a folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] if there is none, it is damaged, or another version of the program wrote it.
+    pub fn outline<T: DeserializeOwned>(folder: &Path) -> Result<T> {
+        #[derive(Deserialize)]
+        struct Versioned {
+            version: u32,
+        }
+        let (path, Kind { command, version: own, .. }) = (folder.join(OUTLINE), R::KIND);
+        let wrong = |why: String| Error::file(&path, format!("{why}; run `twobounce {command}` there again"));
+        let is_damaged = |e: toml::de::Error| wrong(format!("is damaged: {}", said(&e.message())));
+        let text = fs::read_to_string(&path).map_err(|e| wrong(format!("cannot be read: {e}")))?;
+        match toml::from_str(&text).map_err(is_damaged)? {
+            Versioned { version } if version != own => Err(wrong(format!("is of format {version}, not {own}"))),
+            _ => toml::from_str(&text).map_err(is_damaged),
+        }
     }
 
     /// The row with `key`; `None` if there is none, or it is damaged and must be measured again.

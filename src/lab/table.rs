@@ -116,11 +116,6 @@ pub fn cells(line: &str) -> Option<Vec<&str>> {
     Some(cells.split(" | ").map(str::trim).collect())
 }
 
-/// Settings in words, each as code.
-pub fn code(settings: &[impl AsRef<str>]) -> String {
-    settings.iter().map(|setting| format!("`{}`", setting.as_ref())).collect::<Vec<_>>().join(" ")
-}
-
 /// The texts between backticks.
 pub fn coded(text: &str) -> Vec<&str> {
     text.split('`').skip(1).step_by(2).collect()

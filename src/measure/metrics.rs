@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::terms::{self, Subtract};
 use crate::layers::{Aov, Layers};
 use crate::output::exr::Metadata;
+use crate::settings::choices;
 use crate::{Error, Result};
 
 /// The smallest denominator of a relative error, as a share of the reference's mean: for dark pixels.
@@ -35,13 +36,14 @@ pub struct Metrics {
     pub p95: f64,
 }
 
-/// A part of the light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
-    Total,
-    Indirect,
-    /// Indirect, of pixels that show diffuse surfaces alone.
-    Diffuse,
+choices! {
+    /// A part of the light.
+    Part {
+        Total = "whole",
+        Indirect = "indirect",
+        /// Indirect, of pixels that show diffuse surfaces alone.
+        Diffuse = "diffuse",
+    }
 }
 
 /// A value for each part of the light.
@@ -97,11 +99,6 @@ pub struct Comparison {
 
 impl Metrics {
     pub const NAMES: [&str; 4] = ["energy", "rel", "relmse", "p95"];
-
-    /// In the order of [`Self::NAMES`].
-    pub fn values(&self) -> [f64; 4] {
-        [self.energy, self.rel, self.relmse, self.p95]
-    }
 }
 
 impl NonFinite {

@@ -48,7 +48,7 @@ impl Percentiles {
 }
 
 /// One pass over all frames. If a frame runs a pass several times, the times are added.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct PassTiming {
     /// The zone's name: also its debug label and its name in the trace.
     pub name: &'static str,
@@ -261,27 +261,14 @@ pub fn short_bytes(bytes: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Counters;
 
     fn zone(name: &'static str, start_ms: f64, gpu_ms: f64, cpu_ms: Option<f64>) -> ZoneTiming {
-        ZoneTiming {
-            name,
-            kind: ZoneKind::Raster,
-            start_ms,
-            gpu_ms,
-            cpu_ms,
-            wall_ms: cpu_ms,
-            bytes: 1 << 20,
-            counts: vec![],
-            steps_ms: vec![],
-        }
+        ZoneTiming { name, start_ms, gpu_ms, cpu_ms, bytes: 1 << 20, ..ZoneTiming::default() }
     }
 
     fn report(zones: Vec<ZoneTiming>) -> FrameReport {
         let gpu_ms = zones.iter().map(|zone| zone.gpu_ms).sum();
-        let counters = Counters { triangles: 0, degenerate: 0, list_items: 0, occupied_voxels: 0 };
-        let timings = ZoneTimings { zones, gpu_ms, wall_ms: gpu_ms + 1.0 };
-        FrameReport { timings, counters, repeats: 0, settling: 0, noise: None, cpu_ms: None }
+        FrameReport { timings: ZoneTimings { zones, gpu_ms, wall_ms: gpu_ms + 1.0 }, ..FrameReport::default() }
     }
 
     fn four_frames() -> Timings {

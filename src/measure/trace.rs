@@ -40,17 +40,9 @@ mod tests {
 
     #[test]
     fn passes_nest_in_their_frames_which_follow_each_other() {
-        let zone = |name, start_ms, gpu_ms| ZoneTiming {
-            name,
-            kind: ZoneKind::Compute,
-            start_ms,
-            gpu_ms,
-            cpu_ms: None,
-            wall_ms: None,
-            bytes: 64,
-            counts: vec![],
-            steps_ms: vec![],
-        };
+        let kind = ZoneKind::Compute;
+        let zone =
+            |name, start_ms, gpu_ms| ZoneTiming { name, kind, start_ms, gpu_ms, bytes: 64, ..ZoneTiming::default() };
         let frame = ZoneTimings { zones: vec![zone("a", 0.0, 1.0), zone("b", 1.0, 2.0)], gpu_ms: 3.0, wall_ms: 4.0 };
         let trace = chrome_trace("a device", [&frame, &frame]);
         let slices = &trace["traceEvents"].as_array().unwrap()[2..];

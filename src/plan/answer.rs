@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::limits::Limits;
+use crate::measure::metrics::Part;
 use crate::measure::timing::Spread;
 use crate::memory::mib;
 use crate::settings::Settings;
@@ -21,8 +22,8 @@ pub struct Answer {
     /// Width in pixels of the images whose errors were measured.
     pub error_width: u32,
     pub error_height: u32,
-    /// The part of the light whose error counts: `whole`, `indirect` or `diffuse`.
-    pub error_of: String,
+    /// The part of the light whose error counts.
+    pub error_of: Part,
     pub limits: Limits,
     /// Whether `choice` holds the limits; otherwise it is the nearest found.
     pub holds: bool,
@@ -154,7 +155,7 @@ impl Answer {
         lines.push(format!("\n{time}, {width}x{height}, {}", self.device));
         lines.push(format!("memory  {:.1} MiB", mib(choice.bytes)));
         let (most, noise) = (choice.error, confidence.noise);
-        let of = format!("{}, {}x{}", error_words(&self.error_of), self.error_width, self.error_height);
+        let of = format!("{}, {}x{}", error_words(self.error_of), self.error_width, self.error_height);
         lines.push(format!(
             "error   {most:.4} of {of}: with the noise of the reference, which is {noise:.4} of it; without it between {:.4} and {most:.4}",
             (most - noise).max(0.0)
@@ -208,11 +209,11 @@ impl Answer {
 }
 
 /// The part of the light as text.
-fn error_words(part: &str) -> &'static str {
+fn error_words(part: Part) -> &'static str {
     match part {
-        "indirect" => "the indirect light",
-        "diffuse" => "the indirect light on diffuse surfaces",
-        _ => "the image's light",
+        Part::Total => "the image's light",
+        Part::Indirect => "the indirect light",
+        Part::Diffuse => "the indirect light on diffuse surfaces",
     }
 }
 

@@ -270,11 +270,6 @@ impl Asking<'_> {
         };
         let worst = Reading { error: point.reading.error.max(other_seed), ..point.reading.clone() };
         let setup = &self.bench.setup;
-        let part = match setup.part {
-            Part::Total => "whole",
-            Part::Indirect => "indirect",
-            Part::Diffuse => "diffuse",
-        };
         Ok(Answer {
             version: VERSION,
             scene: setup.scene.name.clone(),
@@ -284,7 +279,7 @@ impl Asking<'_> {
             height: setup.options.size.1,
             error_width: setup.size.0,
             error_height: setup.size.1,
-            error_of: part.to_owned(),
+            error_of: setup.part,
             limits,
             holds: limits.hold(&worst),
             commands: Vec::new(),

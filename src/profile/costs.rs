@@ -154,21 +154,9 @@ fn work_table(costs: &[PassCost], width: usize) -> String {
 mod tests {
     use super::*;
     use crate::measure::timing::Spread;
-    use crate::vk::ZoneKind;
 
     fn pass(name: &'static str, ms: f64) -> PassTiming {
-        let gpu_ms = Spread { median: ms, min: ms, max: ms };
-        PassTiming {
-            name,
-            kind: ZoneKind::Raster,
-            gpu_ms,
-            share: 0.5,
-            cpu_ms: None,
-            wall_ms: None,
-            bytes: 1000,
-            steps_ms: vec![],
-            frames_gpu_ms: vec![],
-        }
+        PassTiming { name, gpu_ms: Spread::of_values([ms]), bytes: 1000, ..PassTiming::default() }
     }
 
     #[test]

@@ -1,18 +1,16 @@
 //! Files of the table: `rows.json` and `rows.csv` for programs, and the page; and the comparison with an earlier table.
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
 use super::case::Case;
 use super::cases;
 use super::row::Row;
+use crate::Result;
 use crate::lab::page::Page;
 use crate::lab::store::{Origin, Store, Stored};
 use crate::lab::table::to_csv;
 use crate::measure::timing::Spread;
 use crate::output::file;
-use crate::{Error, Result};
 
 /// The file `rows.json`; `docs/json.md` lists the keys.
 #[derive(Serialize)]
@@ -33,26 +31,6 @@ pub struct Table {
 pub struct Outline {
     pub version: u32,
     pub rows: Vec<String>,
-}
-
-impl Outline {
-    pub fn save(&self, store: &Store<Row>) -> Result<()> {
-        file::write_kept(&store.path("outline.toml"), self)
-    }
-
-    /// Reads the outline of a folder.
-    ///
-    /// # Errors
-    /// [`Error::File`] if there is none, it is damaged, or another version of the program wrote it.
-    pub fn load(folder: &Path) -> Result<Self> {
-        let path = folder.join("outline.toml");
-        let text = std::fs::read_to_string(&path).ok();
-        let outline: Option<Self> = text.and_then(|text| toml::from_str(&text).ok());
-        let today = outline.filter(|outline| outline.version == super::VERSION);
-        today.ok_or_else(|| {
-            Error::file(&path, "is missing or of another version; run `twobounce stability` there again")
-        })
-    }
 }
 
 /// Writes all three files of a folder. `planned` is the number of requested rows; `part` is text such as "part 1 of 4",

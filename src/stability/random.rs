@@ -7,6 +7,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3, Vec4};
 
 use super::scenes::{add_lamp, add_plaster, add_shell};
 use super::stage::Stage;
+use crate::scene::ties::mixed;
 use crate::scene::{Alpha, LightKind, Material, Mesh, Scene, View};
 
 /// Pseudo-random numbers by SplitMix64.
@@ -14,11 +15,9 @@ struct Random(u64);
 
 impl Random {
     fn next(&mut self) -> u64 {
+        let number = mixed(self.0);
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        number
     }
 
     /// A number from 0 to 1.

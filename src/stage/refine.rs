@@ -240,13 +240,9 @@ pub fn duration(time: Duration) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Counters;
-    use crate::vk::ZoneTimings;
 
     fn report(noise: Option<f64>) -> FrameReport {
-        let timings = ZoneTimings::default();
-        let counters = Counters { triangles: 1, degenerate: 0, list_items: 1, occupied_voxels: 1 };
-        FrameReport { timings, counters, repeats: 0, settling: 0, noise, cpu_ms: None }
+        FrameReport { noise, ..FrameReport::default() }
     }
 
     fn args(noise: Option<Noise>, limit_s: Option<u64>) -> Refine {

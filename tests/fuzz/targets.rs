@@ -192,10 +192,9 @@ fn merged(input: &Input, outline: &[u8], row: &[u8]) -> Outcome {
     chart_folder(&folders[0], outline, row)?;
     chart_folder(&folders[1], OUTLINE, ROW)?;
     let folders = [folders[0].as_path(), folders[1].as_path()];
-    let mut outline = Outline::load(folders[0]).map_err(|e| e.to_string())?;
-    outline.unite(Outline::load(folders[1]).map_err(|e| e.to_string())?)?;
+    let mut outline = Store::<Row>::outline::<Outline>(folders[0]).map_err(|e| e.to_string())?;
+    outline.unite(Store::<Row>::outline(folders[1]).map_err(|e| e.to_string())?)?;
     let order: Vec<String> = outline.rows.iter().map(|row| row.address.clone()).collect();
-    let order: Vec<&str> = order.iter().map(String::as_str).collect();
     let merged = merge::<Row>(&folders, &order).map_err(|e| e.to_string())?;
     let shape = format!("{} rows, {} twice, {} missing", merged.rows.len(), merged.twice, merged.missing);
     MERGED.with_borrow_mut(|store| {

@@ -1,7 +1,19 @@
 //! The pages of the ledgers: every row that names settings is measured, and each row with a formula has a test.
 
-use twobounce::lab::ledger::{Comparison, LEDGERS, ids, lines};
+use twobounce::lab::ledger::{Comparison, LEDGERS, lines};
+use twobounce::lab::table::cells;
 use twobounce::settings::Settings;
+
+/// The ids of a page's rows, measured or not: first cells such as D12.
+pub fn ids(page: &str) -> Vec<&str> {
+    let is_id = |id: &&str| {
+        let mut letters = id.chars();
+        letters.next().is_some_and(|first| first.is_ascii_uppercase())
+            && !letters.as_str().is_empty()
+            && letters.all(|c| c.is_ascii_digit())
+    };
+    page.lines().filter_map(|line| cells(line)?.first().copied()).filter(is_id).collect()
+}
 
 #[test]
 fn every_row_that_names_settings_is_measured() {
@@ -47,6 +59,7 @@ fn every_row_with_a_formula_has_its_test_here() {
     // Rows about syntax, or about doing the same work twice, have no formula; passes_voxelise.rs checks the lists.
     let without = ["D4", "D5", "D9", "D29", "D30"];
     let tests = include_str!("ledger_formulas.rs");
+    assert_eq!(ids("| D1 | a |\n| text | D2 |\n"), ["D1"]);
     let ids = ids(LEDGERS[0].text);
     assert!(ids.len() > 40, "{ids:?}");
     for id in ids.into_iter().filter(|id| id.starts_with('D') && !without.contains(id)) {

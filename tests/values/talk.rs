@@ -1,13 +1,14 @@
 //! `docs/notes/talk.md` names existing code, and its pictures equal those of its example within the rounding of
 //! drivers.
 
+use crate::ledger_pages::ids;
 use crate::pictures;
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use twobounce::lab::ledger::{LEDGERS, ids};
+use twobounce::lab::ledger::LEDGERS;
 use twobounce::lab::table::{cells, coded, tables};
 use twobounce::settings::Key;
 

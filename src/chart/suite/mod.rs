@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use serde::Deserialize;
 
-use super::measure::{ChartScene, Images, ReferenceImage, errors};
-use super::row::{Errors, Row};
+use super::measure::ReferenceImage;
+use super::row::Row;
 use crate::error::said;
 use crate::layers::{Layers, relative_noise};
 use crate::measure::metrics::noise_in_rel;
@@ -191,14 +191,6 @@ fn shrunk(pixels: &[[f32; 3]], from: u32, side: u32) -> Vec<DVec3> {
 fn rounded(value: DVec3, bits: u32) -> [f32; 3] {
     let unit = 1 << (f32::MANTISSA_DIGITS - 1 - bits);
     value.as_vec3().to_array().map(|value| f32::from_bits((value.to_bits() + unit / 2) & !(unit - 1)))
-}
-
-/// The errors of a row's images against all light.
-///
-/// # Errors
-/// [`Error::Usage`] for an image without a finite pixel.
-pub fn judge(scene: &ChartScene, row: &Row, images: &Images) -> Result<Errors> {
-    errors(images, row.subtract(scene), &scene.references[0])
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ use super::args::{DeviceArgs, SceneArgs, minutes, percent};
 use super::lab::{Pages, Runner};
 use super::reference::cache;
 use super::scene::options;
-use super::share::RowArgs;
+use super::share::{self, RowArgs};
 use super::{interrupt, out, words};
 use crate::say;
 
@@ -71,6 +71,8 @@ pub struct Bench<'a> {
     /// Rows without results that are not placed in scenes yet.
     pub rows: Vec<Row>,
     pub folder: &'a Path,
+    /// The flags that name the folder.
+    pub outputs: &'a [&'a str],
     pub args: &'a BenchArgs,
 }
 
@@ -120,9 +122,13 @@ impl BenchArgs {
 }
 
 impl Bench<'_> {
-    /// Measures the missing rows and writes the folder's files. Prints how many rows are missing. `further` writes an
-    /// additional page with the others, and returns its path.
+    /// Measures the missing rows and writes the folder's files, or lists its parts. Prints how many rows are missing.
+    /// `further` writes an additional page with the others, and returns its path.
     pub fn run(&self, further: impl Fn(&Chart) -> Result<Option<PathBuf>>) -> anyhow::Result<ExitCode> {
+        if let Some(count) = self.args.list {
+            share::list_shards(count, self.outputs, self.folder);
+            return Ok(ExitCode::SUCCESS);
+        }
         out::be_quiet(self.args.quiet);
         self.scene.check()?;
         interrupt::install()?;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use twobounce::chart::measure::{Images, ReferenceImage};
 use twobounce::chart::outline::Outline;
 use twobounce::chart::row::{Measured, Row, Source};
-use twobounce::lab::store::{ExperimentRow as _, Stored};
+use twobounce::lab::store::{ExperimentRow as _, Store, Stored};
 use twobounce::layers::Layers;
 use twobounce::output::exr::Metadata;
 use twobounce::output::file;
@@ -148,7 +148,7 @@ impl Filling<'_> {
 
     /// Makes rough references of scenes that have rows but no reference for pages, in a folder without an outline.
     pub(super) fn show_scenes(&mut self) -> Result<()> {
-        let known = Outline::load(&self.store.path("")).map_or(Vec::new(), |outline| outline.scenes);
+        let known = Store::<Row>::outline(&self.store.path("")).map_or(Vec::new(), |outline: Outline| outline.scenes);
         for index in 0..self.rows.len() {
             let scene = &self.scenes[self.rows[index].scene];
             let is_known =

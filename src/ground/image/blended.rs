@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::fragments::{FragmentShading, GROUP, PIXEL_BYTES, empty, list_bytes, shaded_bytes};
 use super::target::{DEPTH_FORMAT, ImageShape};
-use super::visibility::Visibility;
+use super::visibility::{Nearest, Visibility};
 use super::{BandFrame, ImagePassDesc};
 use crate::Result;
 use crate::ground::constants::with;
@@ -71,7 +71,7 @@ impl Blended {
             of_pixels: buffer("blended fragments of pixels", 2 * PIXEL_BYTES * pixels)?,
             lister: Raster::new(context, &lister)?,
             sorter: Compute::new(context, &sorter)?,
-            shading: FragmentShading::new(context, desc, shape, "image blended", shader, u64::from(capacity))?,
+            shading: FragmentShading::new(context, desc, shape, Nearest::Blended, shader, u64::from(capacity))?,
         })
     }
 

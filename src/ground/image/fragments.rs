@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use super::target::{COLOR_FORMAT, ImageShape};
+use super::visibility::Nearest;
 use super::{BandFrame, ImagePassDesc, LightReader};
 use crate::Result;
 use crate::ground::MOST_GROUPS;
@@ -100,6 +101,7 @@ fn shaded_size(capacity: u64) -> (u32, u32) {
 /// The passes that shade the fragments of a list: one over all of them, and one over each queue of those that need
 /// further parts of light.
 pub struct FragmentShading {
+    /// The label of the images.
     label: &'static str,
     shaded: Vec<Image>,
     pass: LightReader,
@@ -107,7 +109,7 @@ pub struct FragmentShading {
 }
 
 impl FragmentShading {
-    /// Passes for `capacity` fragments. `label` is that of the first pass.
+    /// Passes for `capacity` fragments of these surfaces.
     ///
     /// # Errors
     /// Too little memory, or a lost device.
@@ -115,17 +117,21 @@ impl FragmentShading {
         context: &Arc<Context>,
         desc: &ImagePassDesc,
         shape: &ImageShape,
-        label: &'static str,
+        of: Nearest,
         shader: &str,
         capacity: u64,
     ) -> Result<Self> {
+        let (label, images) = match of {
+            Nearest::Opaque => ("image", "shaded fragments"),
+            Nearest::Blended => ("image blended", "blended fragments"),
+        };
         let pass = |label, parts: u32| desc.light_reader(context, label, shader, &[("PARTS", parts.into())]);
         let queues = Queue::of_image(desc, shape);
         let queued = queues.iter().map(|queue| Ok((*queue, pass(queue.label(), queue.part())?)));
         let apart = queues.iter().fold(0, |parts, queue| parts | queue.part());
         Ok(Self {
-            label,
-            shaded: shaded(context, label, shape.outputs, capacity)?,
+            label: images,
+            shaded: shaded(context, images, shape.outputs, capacity)?,
             pass: pass(label, ALL_PARTS & !apart)?,
             queued: queued.collect::<Result<_>>()?,
         })
@@ -168,7 +174,7 @@ fn shaded(context: &Arc<Context>, label: &str, outputs: usize, capacity: u64) ->
     let (width, height) = shaded_size(capacity);
     let usage = ImageUsageFlags::STORAGE | ImageUsageFlags::SAMPLED;
     let image = |index: usize| {
-        let (label, format) = (format!("{label}, shaded {}", index + 1), COLOR_FORMAT);
+        let (label, format) = (format!("{label} {}", index + 1), COLOR_FORMAT);
         Image::new(context, &ImageDesc { label: &label, format, width, height, usage, ..Default::default() })
     };
     (0..outputs).map(image).collect()

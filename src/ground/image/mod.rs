@@ -126,7 +126,7 @@ impl ImagePass {
                 Opaque::Drawn(Drawn::new(context, desc, shape)?)
             } else {
                 let shader = image(shape.gathers.is_some());
-                Opaque::Listed(FragmentShading::new(context, desc, shape, "image", &shader, samples)?)
+                Opaque::Listed(FragmentShading::new(context, desc, shape, Nearest::Opaque, &shader, samples)?)
             },
             blended: (desc.features.has(Features::BLEND))
                 .then(|| Blended::new(context, desc, shape, counts.blended_samples, &image(shape.gathers.is_some())))

@@ -41,8 +41,7 @@ fn contacts(cell: &Cell) -> Result<Vec<Sample>> {
         let view = stage.view;
         let film = cell.film(&stage, &stage.pose(), same_depth(&stage.scene, &cell.settings), 0)?;
         let truth = film.layers(&[Aov::Direct]);
-        let mut studio = CaseRenderer::new(cell, stage)?;
-        let sample = |place: &Place| {
+        at_places(cell, stage, |studio, place| {
             let image = studio.shoot(place)?;
             let places = Shown { image: &image, view };
             let on_floor = |i: usize| places.place(i).is_some_and(|at| (at.y + ROOM).abs() < 1e-3);
@@ -60,8 +59,7 @@ fn contacts(cell: &Cell) -> Result<Vec<Sample>> {
             let more = vec![("rel", rel(&found, &expected)), ("energy, indirect", indirect(&image) / indirect(&truth))];
             let sample = Sample::new(format!("{kind}: {place}"), energy(&found, &expected), image.beauty());
             Ok(sample.with(more).beside(truth.beauty()))
-        };
-        cell.turned_places().iter().map(sample).collect()
+        })
     })
 }
 

@@ -3,16 +3,17 @@
 use serde::Serialize;
 
 /// The main kind of work of a zone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ZoneKind {
+    #[default]
     Raster,
     Compute,
     Transfer,
 }
 
 /// The times of one zone of one frame.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ZoneTiming {
     pub name: &'static str,
     pub kind: ZoneKind,

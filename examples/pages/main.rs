@@ -1,11 +1,17 @@
 //! Measures the numbers of pages in `docs/`, and renders their pictures. Each page names its command: `cargo run
 //! --release --example pages -- COMMAND`.
 
+mod audit;
+mod changes;
 mod devices;
+mod flight;
+mod kinds;
 mod layers;
 mod materials;
+mod noise;
 mod pictures;
 mod plan;
+mod refit;
 mod strengths;
 mod tables;
 mod talk;
@@ -20,8 +26,20 @@ use twobounce::stability::markdown::summary;
 #[derive(Parser)]
 #[command(about = "Measures the numbers of pages in docs/, and makes their pictures")]
 enum Page {
+    /// Prints for docs/notes/plan.md the passes and bytes of frames of different scenes, with those that no pass uses
+    Audit {
+        #[arg(default_values = ["assets/cornell-point.glb", "assets/gallery.glb", "assets/demo.glb"])]
+        scenes: Vec<PathBuf>,
+    },
+    /// Prints for docs/notes/costs.md the cost of each change of a renderer: the change itself, and the next frame
+    Changes {
+        #[arg(default_value = "assets/gallery.glb")]
+        scene: PathBuf,
+    },
     /// Fills the tables of docs/devices.md
     Devices,
+    /// Prints for docs/notes/study/rooms/README.md the change from frame to frame in a camera's flight
+    Flight(flight::Flight),
     /// Fills the section of this driver in docs/notes/layers.md
     Layers,
     /// Fills the table of docs/materials.md
@@ -32,8 +50,14 @@ enum Page {
         #[arg(default_value = "")]
         scene: String,
     },
+    /// Prints for docs/notes/noise.md stability cases with changed settings
+    Noise(noise::Noise),
+    /// Prints for docs/notes/noise.md random scenes against the path tracer
+    Random(noise::RandomScenes),
     /// Prints the table of docs/notes/plan.md
     Plan(plan::Plan),
+    /// Prints for docs/notes/costs.md the further steps of rays in a tree that was only refitted
+    Refit { scenes: Vec<PathBuf> },
     /// Fills the tables of docs/stability.md from docs/stability-rows.csv
     Stability,
     /// Fills the tables of README.md, docs/accuracy.md and docs/notes/strengths.md
@@ -51,15 +75,21 @@ enum Page {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     match Page::parse() {
+        Page::Audit { scenes } => audit::run(&scenes)?,
+        Page::Changes { scene } => changes::run(&scene)?,
         Page::Devices => {
             let root = Path::new(env!("CARGO_MANIFEST_DIR"));
             for page in ["docs/devices.md", "docs/notes/devices.md"] {
                 fill_file(&root.join(page), |name, _| devices::table(name, root))?;
             }
         }
+        Page::Flight(flight) => flight.run()?,
         Page::Layers => layers::run()?,
         Page::Materials { folder, scene } => materials::run(folder, &scene)?,
+        Page::Noise(noise) => noise.run()?,
+        Page::Random(random) => random.run()?,
         Page::Plan(plan) => plan.run()?,
+        Page::Refit { scenes } => refit::run(&scenes)?,
         Page::Stability => {
             let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/stability.md");
             let rows = fs::read_to_string(path.with_file_name("stability-rows.csv"))?;

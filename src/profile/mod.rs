@@ -1,6 +1,7 @@
 //! Costs of a frame: the time of each pass per unit of its work, bytes read in an instrumented frame compared with the
 //! device's copy rate, statistics of the driver's programs, and the growth of times. `twobounce profile` shows them.
 
+pub mod audit;
 pub mod copy;
 pub mod costs;
 pub mod counts;

@@ -1,12 +1,12 @@
 //! A frame contains only what its scene needs: no empty pass, no bytes or pipelines that no pass uses, and no pass for
 //! features that the scene lacks.
 
-use crate::audit::{Audit, PLACEHOLDER};
 use crate::gpu;
 use crate::kinds;
 use crate::more;
 use crate::studio::asset;
 
+use twobounce::profile::audit::{Audit, PLACEHOLDER};
 use twobounce::renderer::RenderOptions;
 use twobounce::scene::{Scene, Still, View};
 use twobounce::settings::{PRESETS, Settings};

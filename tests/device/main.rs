@@ -1,15 +1,13 @@
 //! Tests that run on a device: passes against their twins and closed forms, the Vulkan layer, frames, hosts. All tests
 //! share one device under the validation layers.
 
-#[path = "../common/audit.rs"]
-mod audit;
 #[path = "../common/functions.rs"]
 mod functions;
 #[path = "../common/gloss.rs"]
 mod gloss;
 #[path = "../common/gpu.rs"]
 mod gpu;
-#[path = "../common/kinds.rs"]
+#[path = "../../examples/pages/kinds.rs"]
 mod kinds;
 #[path = "../common/more.rs"]
 mod more;

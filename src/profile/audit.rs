@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use twobounce::Result;
-use twobounce::renderer::{RenderOptions, Renderer};
-use twobounce::scene::Still;
-use twobounce::settings::Settings;
-use twobounce::vk::{AttachmentLog, CallLog, CommandLog, Context, FrameLog};
+use crate::Result;
+use crate::renderer::{RenderOptions, Renderer};
+use crate::scene::Still;
+use crate::settings::Settings;
+use crate::vk::{AttachmentLog, CallLog, CommandLog, Context, FrameLog};
 
 /// Resources below this size in bytes are placeholders, because shaders that may read them need a binding.
 pub const PLACEHOLDER: u64 = 1024;
@@ -17,6 +17,8 @@ pub const PLACEHOLDER: u64 = 1024;
 pub struct Audit {
     pub passes: Vec<PassUse>,
     pub resources: Vec<ResourceUse>,
+    /// The number of pipelines that were made for it.
+    pub pipelines: u64,
     /// The pipelines that it used, by their shaders.
     pub used: BTreeSet<String>,
 }
@@ -58,11 +60,13 @@ impl Audit {
         settings: &Settings,
         options: RenderOptions,
     ) -> Result<Self> {
+        let before = context.compiled_pipelines();
         let mut renderer = Renderer::new(context, scene.clone(), pose, settings.clone(), options)?;
         renderer.render(pose, view)?;
         renderer.keep_log();
         renderer.make_anew();
         renderer.render(pose, view)?;
+        let pipelines = context.compiled_pipelines() - before;
         let log = renderer.log().cloned().unwrap_or_default();
         let resource = |&(name, bytes): &(&'static str, u64)| {
             let using = log.zones.iter().filter(|zone| zone.commands.iter().any(|command| uses(command, name)));
@@ -70,7 +74,7 @@ impl Audit {
         };
         let resources = renderer.plan().rows.iter().map(resource).collect();
         let used = log.zones.iter().flat_map(|zone| &zone.commands).filter_map(shaders).collect();
-        Ok(Self { passes: passes(&log), resources, used })
+        Ok(Self { passes: passes(&log), resources, pipelines, used })
     }
 
     pub fn bytes(&self) -> u64 {
@@ -83,6 +87,26 @@ impl Audit {
         let mut said: Vec<String> = self.resources.iter().filter(|r| r.superfluous()).map(bytes).collect();
         let idle = self.passes.iter().filter(|pass| pass.calls > 0 && pass.empty == pass.calls);
         said.extend(idle.map(|pass| format!("{}: a pass of nothing", pass.name)));
+        said
+    }
+
+    /// Differences between two frames in both directions: passes, pipelines, bytes.
+    pub fn beside(&self, other: &Self) -> Vec<String> {
+        let lacks = |own: &Self, other: &Self, word: &str| -> Vec<String> {
+            let has = |name: &str| other.passes.iter().any(|pass| pass.name == name);
+            own.passes.iter().filter(|pass| !has(pass.name)).map(|pass| format!("{word} pass {}", pass.name)).collect()
+        };
+        let mut said = [lacks(self, other, "the"), lacks(other, self, "not the")].concat();
+        let more = self.pipelines as i64 - other.pipelines as i64;
+        if more != 0 {
+            said.push(format!("{more:+} pipelines"));
+        }
+        // A method with its own grids has some resources several times.
+        let bytes =
+            |audit: &Self, name| audit.resources.iter().filter(|r| r.name == name).map(|r| r.bytes as i64).sum::<i64>();
+        let names: BTreeSet<&str> = self.resources.iter().chain(&other.resources).map(|r| r.name).collect();
+        let changes = names.into_iter().map(|name| (name, bytes(self, name) - bytes(other, name)));
+        said.extend(changes.filter(|(_, more)| *more != 0).map(|(name, more)| format!("{name}: {more:+} bytes")));
         said
     }
 }

@@ -291,8 +291,7 @@ fn sixteen_paths_have_a_quarter_of_the_noise() {
         let own = ["image.passes=32".to_owned(), format!("paths.paths={paths}")];
         let settings = gpu::with(settings(&case), &own.each_ref().map(String::as_str));
         let options = RenderOptions::new((case.size, case.size), case.scene.bounds(None));
-        let mut renderer =
-            Renderer::new(&context, case.scene.clone(), &case.pose, settings, options).expect("it fits");
+        let mut renderer = Renderer::new(&context, case.scene.clone(), &case.pose, settings, options).expect("it fits");
         renderer.render(&case.pose, &case.view).expect("a frame").noise.expect("several passes")
     };
     let (one, sixteen) = (noise(1), noise(16));

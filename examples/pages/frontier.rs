@@ -76,24 +76,25 @@ impl Frontier {
             let scene = self.open(root, name)?;
             for (method, tried) in METHODS {
                 for tried in tried {
-                    let is_of = |row: &&CsvRow| row.cell("scene") == name && row.cell("method") == *method;
-                    if rows.iter().filter(is_of).any(|row| row.cell("settings") == *tried) {
-                        continue;
+                    let is_it = |row: &&CsvRow| {
+                        ["scene", "method", "settings"].map(|column| row.cell(column)) == [name.as_str(), method, tried]
+                    };
+                    if !rows.iter().any(|row| is_it(&row)) {
+                        if Instant::now() > end {
+                            println!("the time is over; the same command goes on");
+                            return Ok(());
+                        }
+                        let cells = measured(&context, &scene, [name, method, tried])?;
+                        println!("{}", cells.join(", "));
+                        rows.extend(from_csv(&to_csv([COLUMNS.map(str::to_owned), cells]))?.1);
+                        let lines = rows.iter().map(|row| COLUMNS.map(|column| row.cell(column).to_owned()));
+                        std::fs::write(&path, to_csv(std::iter::once(COLUMNS.map(str::to_owned)).chain(lines)))?;
                     }
                     // The settings that follow take longer still.
-                    let most_ms = 1e3 * BUDGETS_S[BUDGETS_S.len() - 1];
-                    if rows.iter().filter(is_of).any(|row| row.number("frame_cpu_ms").is_some_and(|ms| ms > most_ms)) {
+                    let ms = rows.iter().find(is_it).and_then(|row| row.number("frame_cpu_ms"));
+                    if ms.is_some_and(|ms| ms > 1e3 * BUDGETS_S[BUDGETS_S.len() - 1]) {
                         break;
                     }
-                    if Instant::now() > end {
-                        println!("the time is over; the same command goes on");
-                        return Ok(());
-                    }
-                    let cells = measured(&context, &scene, [name, method, tried])?;
-                    println!("{}", cells.join(", "));
-                    rows.extend(from_csv(&to_csv([COLUMNS.map(str::to_owned), cells]))?.1);
-                    let lines = rows.iter().map(|row| COLUMNS.map(|column| row.cell(column).to_owned()));
-                    std::fs::write(&path, to_csv(std::iter::once(COLUMNS.map(str::to_owned)).chain(lines)))?;
                 }
             }
         }
@@ -112,12 +113,18 @@ impl Frontier {
         }
         let (specimen, noise) = match (&self.atrium, name) {
             (Some(path), "atrium") => (Specimen::load(path)?, 0.05),
-            _ => {
+            (None, "atrium") => return Err(Error::Usage("name the atrium's file with --atrium".into())),
+            (_, "exterior") => {
                 let file = tempfile::Builder::new().suffix(".glb").tempfile().expect("a temporary file");
                 std::fs::write(file.path(), exterior_scene()?).expect("a temporary file");
                 let mut specimen = Specimen::load(file.path())?;
                 specimen.scene.sky += Vec3::splat(0.5);
                 (specimen, 0.01)
+            }
+            _ => {
+                return Err(Error::Usage(format!(
+                    "there is no scene {name}: those of the suite, exterior and atrium are"
+                )));
             }
         };
         let (depth, stop) = (Depth::Full, Stop::Noise(noise));

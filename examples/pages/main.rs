@@ -5,6 +5,8 @@ mod audit;
 mod changes;
 mod devices;
 mod flight;
+mod frontier;
+mod frontier_tables;
 mod kinds;
 mod layers;
 mod materials;
@@ -40,6 +42,8 @@ enum Page {
     Devices,
     /// Prints for docs/notes/study/rooms/README.md the change from frame to frame in a camera's flight
     Flight(flight::Flight),
+    /// Measures rows of docs/notes/frontier.md, or fills its tables
+    Frontier(frontier::Frontier),
     /// Fills the section of this driver in docs/notes/layers.md
     Layers,
     /// Fills the table of docs/materials.md
@@ -84,6 +88,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
         Page::Flight(flight) => flight.run()?,
+        Page::Frontier(frontier) => frontier.run()?,
         Page::Layers => layers::run()?,
         Page::Materials { folder, scene } => materials::run(folder, &scene)?,
         Page::Noise(noise) => noise.run()?,

@@ -256,7 +256,7 @@ impl Plan {
 type SceneBox = ([f32; 3], [f32; 3], [f32; 3], f32);
 
 /// Houses on a plain, lit by a sun and a sky.
-fn exterior_scene() -> twobounce::Result<Vec<u8>> {
+pub fn exterior_scene() -> twobounce::Result<Vec<u8>> {
     let mut blocks: Vec<SceneBox> = vec![([0.0, -0.25, 0.0], [24.0, 0.5, 24.0], [0.5, 0.5, 0.45], 0.0)];
     for i in 0..9u8 {
         let (x, z, h) = (f32::from(i % 3) * 5.0 - 5.0, f32::from(i / 3) * 5.0 - 5.0, 1.5 + f32::from(i * 7 % 5));

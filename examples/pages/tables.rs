@@ -34,7 +34,7 @@ pub const ORDER: &[&str] = &[
 ];
 
 /// The presets of `docs/notes/strengths.md`, one for each way to use a method.
-pub const CHOSEN: &[&str] = &["fast", "balanced", "accurate", "cones", "lpv", "photons"];
+pub const CHOSEN: &[&str] = &["fast", "balanced", "accurate", "cones", "lpv", "photons", "paths", "probes"];
 
 /// The scene of the table of presets.
 const SCENE: &str = "gallery";

@@ -282,6 +282,25 @@ fn clear_glass_loses_nothing() {
     assert!((mean - 1.0).abs() < 0.005, "{mean}");
 }
 
+/// The paths of a pixel in one pass are independent: sixteen times as many have a quarter of the noise.
+#[test]
+fn sixteen_paths_have_a_quarter_of_the_noise() {
+    let case = Case { size: 32, samples: 1, ..Case::new(asset("cornell-point.glb")) };
+    let context = gpu::context();
+    let noise = |paths: u32| {
+        let own = ["image.passes=32".to_owned(), format!("paths.paths={paths}")];
+        let settings = gpu::with(settings(&case), &own.each_ref().map(String::as_str));
+        let options = RenderOptions::new((case.size, case.size), case.scene.bounds(None));
+        let mut renderer = Renderer::new(&context, case.scene.clone(), &case.pose, settings, options).expect("it fits");
+        renderer.render(&case.pose, &case.view).expect("a frame").noise.expect("several passes")
+    };
+    let (one, sixteen) = (noise(1), noise(16));
+    println!("noise {one:.4} of one path, {sixteen:.4} of sixteen");
+    // All paths of a pixel and pass start at the same point of it, and estimates of noise have noise themselves.
+    assert!((0.18..0.36).contains(&(sixteen / one)), "{sixteen} of {one}");
+    gpu::assert_clean(&context);
+}
+
 /// The estimate of an image's noise, half the difference of its even and odd passes, matches its error.
 #[test]
 fn its_noise_is_its_error() {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::tables;
+use crate::{frontier_tables, tables};
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -179,6 +179,23 @@ fn tables_of_measurements_are_those_of_the_study() {
     }
     for preset in twobounce::settings::PRESETS {
         assert!(tables::ORDER.contains(&preset.name), "examples/pages/tables.rs has no place for {}", preset.name);
+    }
+}
+
+#[test]
+fn the_frontier_is_that_of_its_rows() {
+    let rows = frontier_tables::Rows::read(root()).unwrap();
+    let page = read(frontier_tables::PAGE);
+    let filled = twobounce::lab::table::fill(&page, |name, _| rows.table(name)).unwrap();
+    assert!(page.contains("<!-- table: errors gallery -->"), "tables are missing");
+    assert!(page == filled, "the tables are stale: run `cargo run --release --example pages -- frontier`");
+    for (method, tried) in frontier_tables::METHODS {
+        for tried in tried {
+            let mut words = tried.split(' ');
+            let mut settings = twobounce::settings::Settings::preset(words.next().unwrap()).unwrap();
+            frontier_tables::COMMON.into_iter().chain(words).for_each(|change| settings.set(change).unwrap());
+            assert_eq!(settings.method.name(), *method, "{tried}");
+        }
     }
 }
 

@@ -2,6 +2,8 @@
 
 #[path = "../../examples/pages/devices.rs"]
 mod device_tables;
+#[path = "../../examples/pages/frontier_tables.rs"]
+mod frontier_tables;
 #[path = "../common/nonsense.rs"]
 mod nonsense;
 #[path = "../../examples/pages/pictures.rs"]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use twobounce::lab::table::{CsvRow, MISSING, code, markdown, read_csv};
+use twobounce::lab::table::{CsvRow, MISSING, markdown, read_csv};
 use twobounce::stability::cases;
 use twobounce::stability::export::{CsvLine, read_csv as read_cases};
 use twobounce::{Error, Result};
@@ -165,7 +165,7 @@ fn number_of(row: &CsvRow) -> String {
 /// The settings that were tried.
 fn tries() -> String {
     let line = |(method, tried): &(&str, [&str; TRIES])| {
-        let cells = tried.iter().map(|tried| code(&tried.split(' ').collect::<Vec<_>>()));
+        let cells = tried.iter().map(|tried| format!("`{}`", tried.replace(' ', "` `")));
         std::iter::once(format!("`{method}`")).chain(cells).collect::<Vec<_>>()
     };
     let head = std::iter::once("method".to_owned()).chain((1..=TRIES).map(|number| format!("({number})")));

@@ -40,17 +40,11 @@ pub struct Blended {
 }
 
 impl Blended {
-    /// A pass with room for `capacity` samples that see a blended triangle. `shader` shades a fragment.
+    /// A pass with room for `capacity` samples that see a blended triangle.
     ///
     /// # Errors
     /// There is too little memory, or the device is lost.
-    pub fn new(
-        context: &Arc<Context>,
-        desc: &ImagePassDesc,
-        shape: &ImageShape,
-        capacity: u32,
-        shader: &str,
-    ) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, shape: &ImageShape, capacity: u32) -> Result<Self> {
         let pixels = shape.most_seen_pixels();
         let lister = RasterDesc {
             label: "blended",
@@ -71,7 +65,7 @@ impl Blended {
             of_pixels: buffer("blended fragments of pixels", 2 * PIXEL_BYTES * pixels)?,
             lister: Raster::new(context, &lister)?,
             sorter: Compute::new(context, &sorter)?,
-            shading: FragmentShading::new(context, desc, shape, Nearest::Blended, shader, u64::from(capacity))?,
+            shading: FragmentShading::new(context, desc, shape, Nearest::Blended, u64::from(capacity))?,
         })
     }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::target::{COLOR_FORMAT, ImageShape};
 use super::visibility::Nearest;
-use super::{BandFrame, ImagePassDesc, LightReader};
+use super::{BandFrame, ImagePassDesc, LightReader, shader};
 use crate::Result;
 use crate::ground::MOST_GROUPS;
 use crate::ground::constants::Features;
@@ -118,14 +118,15 @@ impl FragmentShading {
         desc: &ImagePassDesc,
         shape: &ImageShape,
         of: Nearest,
-        shader: &str,
         capacity: u64,
     ) -> Result<Self> {
         let (label, images) = match of {
             Nearest::Opaque => ("image", "shaded fragments"),
             Nearest::Blended => ("image blended", "blended fragments"),
         };
-        let pass = |label, parts: u32| desc.light_reader(context, label, shader, &[("PARTS", parts.into())]);
+        let forms = [("GATHERED", shape.gathers.is_some()), ("AOVS", shape.outputs > 1)];
+        let shader = shader(&format!("ground/image/image.comp {}", desc.method), &forms);
+        let pass = |label, parts: u32| desc.light_reader(context, label, &shader, &[("PARTS", parts.into())]);
         let queues = Queue::of_image(desc, shape);
         let queued = queues.iter().map(|queue| Ok((*queue, pass(queue.label(), queue.part())?)));
         let apart = queues.iter().fold(0, |parts, queue| parts | queue.part());

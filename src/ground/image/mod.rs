@@ -110,10 +110,6 @@ impl ImagePass {
     /// # Errors
     /// Too little memory, or a lost device.
     pub fn new(context: &Arc<Context>, desc: &ImagePassDesc, shape: &ImageShape, counts: &Counts) -> Result<Self> {
-        let image = |gathered| {
-            let forms = [("GATHERED", gathered), ("AOVS", shape.outputs > 1)];
-            shader(&format!("ground/image/image.comp {}", desc.method), &forms)
-        };
         let samples = shape.samples_at_once();
         Ok(Self {
             visibility: Visibility::new(context, desc, shape, Nearest::Opaque)?,
@@ -125,11 +121,10 @@ impl ImagePass {
             opaque: if shape.drawn {
                 Opaque::Drawn(Drawn::new(context, desc, shape)?)
             } else {
-                let shader = image(shape.gathers.is_some());
-                Opaque::Listed(FragmentShading::new(context, desc, shape, Nearest::Opaque, &shader, samples)?)
+                Opaque::Listed(FragmentShading::new(context, desc, shape, Nearest::Opaque, samples)?)
             },
             blended: (desc.features.has(Features::BLEND))
-                .then(|| Blended::new(context, desc, shape, counts.blended_samples, &image(shape.gathers.is_some())))
+                .then(|| Blended::new(context, desc, shape, counts.blended_samples))
                 .transpose()?,
             resolve: Resolve::new(context, desc, shape)?,
             asks: desc.asks,

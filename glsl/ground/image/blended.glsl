@@ -3,8 +3,7 @@
 #include "ground/image/fragments.glsl"
 
 layout(scalar) readonly buffer BlendedFragments {
-    ListCount blended_count;
-    ListCount blended_queues[QUEUES];
+    ListCount blended_counts[COUNTS];
     Fragment blended_fragments[];
 };
 // For each pixel that a band sees: the start and the number of its fragments.

@@ -23,13 +23,12 @@ const uint COUNT_BITS = 3u;
 #endif
 
 // Queues of the fragments that need further passes; both may have all fragments.
-const uint TO_LOOK_UP = 0u;
-const uint WITH_LOBES = 1u;
-const uint QUEUES = 2u;
+const uint TO_LOOK_UP = 1u;
+const uint WITH_LOBES = 2u;
+const uint COUNTS = 3u; // of all fragments, and of each queue
 
 layout(scalar) FRAGMENTS_ACCESS buffer Fragments {
-    ListCount fragment_count; // groups of 64 fragments, and their number
-    ListCount queue_counts[QUEUES];
+    ListCount fragment_counts[COUNTS]; // groups of 64 fragments, and their number
     Fragment fragments[]; // the second half has the queues: an entry of the first as place, one of the second as seen
 };
 
@@ -44,19 +43,19 @@ layout(scalar) FRAGMENTS_ACCESS buffer PixelFragments { uint pixel_fragments[]; 
 #ifdef WRITES_FRAGMENTS
 // Reserves room for `count` more fragments; returns the first slot.
 uint take_slots(uint count) {
-    uint slot = count > 0u ? atomicAdd(fragment_count.count, count) : 0u;
+    uint slot = count > 0u ? atomicAdd(fragment_counts[0].count, count) : 0u;
     uint groups = (slot + count + 63u) / 64u;
     if (groups > (slot + 63u) / 64u) {
-        atomicMax(fragment_count.groups_x, min(groups, MOST_GROUPS));
+        atomicMax(fragment_counts[0].groups_x, min(groups, MOST_GROUPS));
     }
     return slot;
 }
 
 // Adds an entry to a queue. The order depends on the order of threads; the light of each entry does not.
 void put_in_queue(uint queue, uint entry) {
-    uint at = atomicAdd(queue_counts[queue].count, 1u);
+    uint at = atomicAdd(fragment_counts[queue].count, 1u);
     if (at % 64u == 0u) {
-        atomicMax(queue_counts[queue].groups_x, min(at / 64u + 1u, MOST_GROUPS));
+        atomicMax(fragment_counts[queue].groups_x, min(at / 64u + 1u, MOST_GROUPS));
     }
     if (queue == TO_LOOK_UP) {
         fragments[fragment_room() + at].place = entry;

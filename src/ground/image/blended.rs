@@ -99,7 +99,7 @@ impl Blended {
         let target = RenderTarget { area: Some(area), ..visibility.target(of, Load::Load) };
         r.raster(&target, |pass| pass.draw(&self.lister, &lister, &of.push(), ground.recorded_blended()));
         r.full_barrier();
-        all.push(Bind::buffer("fragment_count", &self.list));
+        all.push(Bind::buffer("fragment_counts", &self.list));
         all.push(Bind::buffer("blended_of_pixels", &self.of_pixels));
         let groups = [of.shape().width.div_ceil(GROUP), of.rows.count, 1];
         r.dispatch(&self.sorter, &self.sorter.select(&all), &of.rows.push(), groups);
@@ -110,7 +110,7 @@ impl Blended {
     /// The shaded fragments, as bindings of the pass resolve.
     pub fn resolve_binds<'a>(&'a self, texels: &'a Sampler) -> [Bind<'a>; 3] {
         [
-            Bind::buffer("blended_count", &self.list),
+            Bind::buffer("blended_counts", &self.list),
             Bind::buffer("blended_of_pixels", &self.of_pixels),
             Bind::images("shaded_blended", self.shading.shaded(), texels),
         ]

@@ -82,7 +82,7 @@ impl FragmentList {
     }
 
     pub fn binds(&self) -> [Bind<'_>; 2] {
-        [Bind::buffer("fragment_count", &self.list), Bind::buffer("pixel_fragments", &self.of_pixels)]
+        [Bind::buffer("fragment_counts", &self.list), Bind::buffer("pixel_fragments", &self.of_pixels)]
     }
 }
 
@@ -150,7 +150,7 @@ impl FragmentShading {
     /// Shades the fragments of `list`. `binds` are the other bindings of the shader.
     pub fn record(&self, r: &mut Recorder, of: &BandFrame, list: &Buffer, binds: &[Bind<'_>]) {
         let mut binds = binds.to_vec();
-        binds.push(Bind::buffer("fragment_count", list));
+        binds.push(Bind::buffer("fragment_counts", list));
         binds.push(Bind::storage_images("shaded", self.shaded()));
         let counts = size_of::<ListCount>() as u64;
         r.update(list, counts, &[EMPTY_LIST; QUEUES]);

@@ -11,7 +11,8 @@ use std::collections::{HashMap, HashSet};
 
 /// Makes the entry point load a word of each storage buffer that it reads, before anything else. To keep compilers from
 /// removing the loads, a number that is computed from them and is always 0 is added to the integers that the first
-/// block loads, or to its floats if it loads no integers.
+/// block loads, or to its floats if it loads no integers. The shader must use one of these: otherwise compilers remove
+/// it, and the loads with it.
 pub(in crate::vk) fn load_early(module: &mut Module) {
     let mut early = Early::new(module);
     let words = early.load_words(module);

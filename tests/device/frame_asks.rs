@@ -103,7 +103,13 @@ fn what_a_scene_has_adds_what_it_asks_for() {
             "metal" | "glass" => 1,
             _ => 0,
         };
-        assert_eq!(audit.used.len(), before.used.len() + further, "{}: {:?}", scene.name, audit.used.difference(&before.used));
+        assert_eq!(
+            audit.used.len(),
+            before.used.len() + further,
+            "{}: {:?}",
+            scene.name,
+            audit.used.difference(&before.used)
+        );
     }
 }
 

@@ -99,6 +99,11 @@ pub struct Comparison {
 
 impl Metrics {
     pub const NAMES: [&str; 4] = ["energy", "rel", "relmse", "p95"];
+
+    /// In the order of [`Self::NAMES`], for the Python package.
+    pub fn values(&self) -> [f64; 4] {
+        [self.energy, self.rel, self.relmse, self.p95]
+    }
 }
 
 impl NonFinite {

@@ -127,7 +127,7 @@ bool looks_in_lobes(Surface s, Viewed v) {
     return reflects || (feature(FEATURE_TRANSMISSION) && s.transmission > 0.0);
 }
 
-// What a lit surface needs beyond the light that was gathered for it.
+// The needs of a lit surface beyond the light that was gathered for it.
 uint needs_of(Surface s, Viewed v, Gathered gathered) {
     uint needs = sends_through(s) ? NEEDS_FAR_SIDE : 0u;
     bool near = !gathered.found;

@@ -55,7 +55,6 @@ void add(Shown shown, ivec2 at) {
 void main() {
     const bool first = has_part(PART_LIGHT);
     const uint queue = first ? 0u : has_part(PART_LOOK_UPS) ? TO_LOOK_UP : WITH_LOBES;
-    // Every part uses this load, as src/vk/pipeline/early.rs needs it.
     uint count = min(fragment_counts[queue].count, fragment_room());
     uint block = block_at(gl_WorkGroupID.x, (count + 63u) / 64u);
     uint index = block * 64u + gl_LocalInvocationID.x;

@@ -10,17 +10,22 @@ use rspirv::spirv::{Decoration, Op, StorageClass, Word};
 use std::collections::{HashMap, HashSet};
 
 /// Makes the entry point load a word of each storage buffer that it reads, before anything else. To keep compilers from
-/// removing the loads, a number that is computed from them and is always 0 is added to the integers that the first
-/// block loads, or to its floats if it loads no integers. The shader must use one of these: otherwise compilers remove
-/// it, and the loads with it.
+/// removing the loads, a number that is computed from them and is always 0 is added to the integers that the shader
+/// loads before its first branch or loop, or to the floats if it loads no integers there. Compilers remove the loads all
+/// the same if the shader uses none of these numbers.
 pub(in crate::vk) fn load_early(module: &mut Module) {
     let mut early = Early::new(module);
     let words = early.load_words(module);
-    if let (Some(zero), Some(block)) = (early.zero_of(&words), early.first_block(module)) {
-        let first = block.instructions.iter().position(|i| i.class.opcode != Op::Variable).unwrap_or(0);
-        let rest = block.instructions.split_off(first);
-        block.instructions.append(&mut early.code);
-        block.instructions.extend(early.add_to_loads(rest, zero));
+    if let (Some(zero), Some(mut blocks)) = (early.zero_of(&words), early.first_blocks(module)) {
+        let first = blocks[0].instructions.iter().position(|i| i.class.opcode != Op::Variable).unwrap_or(0);
+        let loads = std::mem::take(&mut early.code);
+        let whole =
+            blocks.iter().flat_map(|block| &block.instructions).any(|i| early.loads(i).is_some_and(|n| n.whole));
+        for block in &mut blocks {
+            let code = std::mem::take(&mut block.instructions);
+            block.instructions = early.add_to_loads(code, zero, whole);
+        }
+        blocks[0].instructions.splice(first..first, loads);
         module.types_global_values.append(&mut early.globals);
         if let Some(header) = &mut module.header {
             header.bound = early.bound;
@@ -30,6 +35,23 @@ pub(in crate::vk) fn load_early(module: &mut Module) {
 
 fn id_at(i: &Instruction, place: usize) -> Word {
     i.operands[place].unwrap_id_ref()
+}
+
+/// The blocks from the start of a function to its first branch or loop, in their order: those before it end in a jump to
+/// the next, as where a branch on a constant was cut.
+fn straight(blocks: &[Block]) -> Vec<usize> {
+    let mut always = vec![0];
+    while let [.., Instruction { class, operands, .. }] = &blocks[always[always.len() - 1]].instructions[..]
+        && class.opcode == Op::Branch
+    {
+        let next = blocks.iter().position(|block| block.label_id() == operands[0].id_ref_any());
+        let is_loop = |k: usize| blocks[k].instructions.iter().any(|i| i.class.opcode == Op::LoopMerge);
+        match next {
+            Some(next) if !is_loop(next) && !always.contains(&next) => always.push(next),
+            _ => break,
+        }
+    }
+    always
 }
 
 /// Additions to a module.
@@ -130,14 +152,17 @@ impl Early {
         Some(self.compute(Op::BitwiseAnd, uint, &[even, one]))
     }
 
-    /// The first block in which the module loads numbers: in the entry point, or in the first function that it calls.
-    fn first_block<'a>(&self, module: &'a mut Module) -> Option<&'a mut Block> {
+    /// The blocks at the start of a function that always run, if they load numbers: of the entry point, or else of the
+    /// first function that it calls.
+    fn first_blocks<'a>(&self, module: &'a mut Module) -> Option<Vec<&'a mut Block>> {
         let mut id = module.entry_points.first().map(|entry| id_at(entry, 1));
         loop {
             let place = module.functions.iter().position(|function| function.def_id() == id)?;
-            let block = module.functions[place].blocks.first()?;
-            if block.instructions.iter().any(|i| self.loads(i).is_some()) {
-                return module.functions[place].blocks.first_mut();
+            let blocks = &module.functions[place].blocks;
+            let always = straight(blocks);
+            if always.iter().any(|&k| blocks[k].instructions.iter().any(|i| self.loads(i).is_some())) {
+                let blocks = module.functions[place].blocks.iter_mut().enumerate();
+                return Some(blocks.filter(|(k, _)| always.contains(k)).map(|(_, block)| block).collect());
             }
             let call = module.functions[place].all_inst_iter().find(|i| i.class.opcode == Op::FunctionCall)?;
             id = Some(id_at(call, 0));
@@ -150,9 +175,8 @@ impl Early {
         self.number(kind)
     }
 
-    /// Adds `zero` to the integers that a block's instructions load, or else to the floats.
-    fn add_to_loads(&mut self, block: Vec<Instruction>, zero: Word) -> Vec<Instruction> {
-        let whole = block.iter().any(|i| self.loads(i).is_some_and(|number| number.whole));
+    /// Adds `zero` to the integers that a block's instructions load, or to the floats unless `whole`.
+    fn add_to_loads(&mut self, block: Vec<Instruction>, zero: Word, whole: bool) -> Vec<Instruction> {
         let mut added = Vec::new();
         let mut sums: HashMap<Word, Word> = HashMap::new();
         for mut i in block {
